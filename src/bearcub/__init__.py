@@ -1,0 +1,1 @@
+"""Stereo obstacle perception and avoidance for ground robots, on a CPU."""

@@ -1,0 +1,159 @@
+"""Every number that someone may tune, with its unit, its range and why it has that default.
+
+One frozen dataclass per stage; the TOML file has one table for each. Printing the defaults and
+loading them again is the identity.
+"""
+
+import difflib
+import math
+import tomllib
+from dataclasses import Field, dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from bearcub.errors import ConfigError
+
+
+def setting(default: Any, doc: str, *, low: float = -math.inf, high: float = math.inf) -> Any:
+    """Declare one field of a configuration table with its meaning and its range."""
+    return field(default=default, metadata={"doc": doc, "low": low, "high": high})
+
+
+class _Table:
+    """Checks every field of a configuration table against its declared type and range."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        for item in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, item.name)
+            _check(f"{_table_name(type(self))}.{item.name}", value, item)
+
+
+def _table_name(table: type) -> str:
+    return next((f.name for f in fields(Config) if f.default_factory is table), table.__name__)
+
+
+def _check(name: str, value: object, item: "Field[Any]") -> None:
+    expected = type(item.default)
+    fits = isinstance(value, expected) or (expected is float and type(value) is int)
+    if not fits or (isinstance(value, bool) and expected is not bool):
+        raise ConfigError(f"{name} = {value!r}: expected {expected.__name__}")
+    low, high = item.metadata["low"], item.metadata["high"]
+    if isinstance(value, int | float) and not low <= value <= high:
+        raise ConfigError(f"{name} = {value!r}: must be from {low:g} to {high:g}")
+    choices = item.metadata.get("choices")
+    if choices and value not in choices:
+        raise ConfigError(f"{name} = {value!r}: must be one of {', '.join(choices)}")
+
+
+def choice(default: str, doc: str, *choices: str) -> Any:
+    """Declare one field that takes one of a few words."""
+    metadata = {"doc": doc, "low": -math.inf, "high": math.inf, "choices": choices}
+    return field(default=default, metadata=metadata)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Matching(_Table):
+    """From two images to one disparity map."""
+
+    matcher: str = choice("sgbm", "which matcher", "sgbm", "bm")
+    nearest: float = setting(
+        0.0,
+        "nearest range to search [m]; 0: the nearest floor in view or an eighth of the width",
+        low=0.0,
+        high=100.0,
+    )
+    block_size: int = setting(
+        5, "side of the matched block [px]; bm uses at least 9", low=1, high=31
+    )
+    uniqueness: int = setting(
+        10, "margin of the best over the second best match [%]", low=0, high=100
+    )
+    left_right: float = setting(1.0, "largest left-right disagreement [px]", low=0.0, high=100.0)
+    speckle_area: int = setting(
+        100, "smallest connected patch that is kept [px]", low=0, high=100000
+    )
+    texture: float = setting(
+        1.5,
+        "least local contrast that can be matched [grey levels]; noise has less",
+        low=0.0,
+        high=255.0,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Config:
+    """The whole configuration."""
+
+    matching: Matching = field(default_factory=Matching)
+
+    @classmethod
+    def load(cls, path: Path) -> "Config":
+        """Read a TOML file; keys it does not name keep their defaults.
+
+        Raises
+        ------
+        ConfigError
+            If the file cannot be read, a key is unknown or a value is out of range.
+        """
+        try:
+            tables = tomllib.loads(path.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise ConfigError(f"{path}: cannot be read: {error.strerror}") from error
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise ConfigError(f"{path}: is not TOML: {error}") from error
+        try:
+            return cls.from_tables(tables)
+        except ConfigError as error:
+            raise ConfigError(f"{error} (in {path})") from error
+
+    @classmethod
+    def from_tables(cls, tables: dict[str, Any]) -> "Config":
+        """Build the configuration from nested dictionaries, as TOML gives them."""
+        known = {f.name: f.default_factory for f in fields(cls)}
+        values = {}
+        for name, table in tables.items():
+            require_known(name, known, what="table")
+            kind: Any = known[name]
+            if not isinstance(table, dict):
+                raise ConfigError(f"{name} = {table!r}: expected a table [{name}]")
+            for key in table:
+                require_known(key, {f.name for f in fields(kind)}, what=f"key {name}.")
+            values[name] = kind(**table)
+        return cls(**values)
+
+    def to_toml(self) -> str:
+        """Return the configuration as TOML with the meaning of each number as a comment."""
+        lines = []
+        for table in fields(self):
+            stage = getattr(self, table.name)
+            lines += [f"# {type(stage).__doc__.splitlines()[0]}", f"[{table.name}]"]
+            for item in fields(stage):
+                lines.append(f"# {item.metadata['doc']}")
+                lines.append(f"{item.name} = {_toml(getattr(stage, item.name))}")
+            lines.append("")
+        return "\n".join(lines)
+
+
+def _toml(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f'"{value}"' if isinstance(value, str) else repr(value)
+
+
+def require_known(name: str, known: Any, *, what: str) -> None:
+    """Raise `ConfigError` naming the nearest valid word when `name` is not in `known`.
+
+    Examples
+    --------
+    >>> require_known("heigth", ["height", "width"], what="key mount.")
+    Traceback (most recent call last):
+    bearcub.errors.ConfigError: unknown key mount.heigth: did you mean height?
+    """
+    if name in known:
+        return
+    near = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)
+    hint = f"did you mean {near[0]}?" if near else f"valid are {', '.join(sorted(known))}"
+    space = "" if what.endswith(".") else " "
+    raise ConfigError(f"unknown {what}{space}{name}: {hint}")

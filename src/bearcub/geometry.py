@@ -1,0 +1,173 @@
+"""The camera against the ground: attitudes, frames and the floor's plane in disparity space.
+
+Frames are REP-103: ``base_link`` x ahead, y left, z up; optical x right, y down, z ahead. Roll is
+positive right side down, pitch positive nose down, about fixed axes (``R = Ry(pitch) Rx(roll)``).
+
+The floor seen by a rectified pair is a plane in disparity space [1]_. With ``n`` the unit vector
+pointing down to the floor in optical axes and ``h`` the camera's height above it,
+
+    d(u, v) = (B / h) (n_x (u - cx) + n_y (fx / fy) (v - cy) + n_z fx) = a u + b v + c .
+
+References
+----------
+.. [1] R. Labayrade, D. Aubert, J.-P. Tarel: "Real time obstacle detection in stereovision on non
+   flat road geometry through v-disparity representation", IEEE IV 2002, is the case roll = 0.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float64 = NDArray[np.float64]
+
+OPTICAL_FROM_BODY: Float64 = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
+OPTICAL_FROM_BODY.flags.writeable = False
+
+
+def rotation(*, roll: float, pitch: float) -> Float64:
+    """Return the matrix that turns body coordinates into level coordinates of the same heading.
+
+    Parameters
+    ----------
+    roll, pitch : float
+        REP-103 attitude [rad]: right side down and nose down are positive.
+
+    Returns
+    -------
+    level_from_body : ndarray of float64, shape (3, 3)
+
+    Examples
+    --------
+    >>> nose_down = rotation(roll=0.0, pitch=np.radians(90))
+    >>> (nose_down @ [1, 0, 0]).round(6) + 0.0
+    array([ 0.,  0., -1.])
+    """
+    sr, cr, sp, cp = np.sin(roll), np.cos(roll), np.sin(pitch), np.cos(pitch)
+    return np.array([[cp, sp * sr, sp * cr], [0.0, cr, -sr], [-sp, cp * sr, cp * cr]])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Attitude:
+    """Roll and pitch of a thing against the level, REP-103 [rad]."""
+
+    roll: float
+    pitch: float
+
+    def down(self) -> Float64:
+        """Return the unit vector to the ground in the optical axes of a camera so inclined."""
+        sr, cr = np.sin(self.roll), np.cos(self.roll)
+        sp, cp = np.sin(self.pitch), np.cos(self.pitch)
+        return np.array([sr * cp, cr * cp, sp])
+
+    @classmethod
+    def from_down(cls, down: Float64) -> "Attitude":
+        """Return the attitude of a camera that sees the ground in direction `down` (optical)."""
+        x, y, z = np.asarray(down, dtype=np.float64) / np.linalg.norm(down)
+        return cls(roll=float(np.arctan2(x, y)), pitch=float(np.arcsin(np.clip(z, -1.0, 1.0))))
+
+
+def camera_attitude(*, body: Attitude, mount: Attitude) -> Attitude:
+    """Return the camera's attitude when the body it is mounted on is inclined.
+
+    The rotations do not commute: a body rolled by 12 deg with a camera mounted 5.9 deg down
+    gives a camera 5.77 deg down.
+
+    Examples
+    --------
+    >>> body = Attitude(roll=np.radians(12), pitch=0.0)
+    >>> camera = camera_attitude(body=body, mount=Attitude(roll=0.0, pitch=np.radians(5.9)))
+    >>> print(f"{np.degrees(camera.pitch):.2f} {np.degrees(camera.roll):.2f}")
+    5.77 12.06
+    """
+    level_from_camera = rotation(roll=body.roll, pitch=body.pitch) @ rotation(
+        roll=mount.roll, pitch=mount.pitch
+    )
+    return Attitude.from_down(OPTICAL_FROM_BODY @ level_from_camera.T @ np.array([0.0, 0.0, -1.0]))
+
+
+def forward_in_camera(mount: Attitude) -> Float64:
+    """Return the body's x axis (straight ahead) in the optical axes of a camera so mounted."""
+    body_from_camera = rotation(roll=mount.roll, pitch=mount.pitch)
+    return OPTICAL_FROM_BODY @ body_from_camera.T @ np.array([1.0, 0.0, 0.0])
+
+
+def base_from_optical(down: Float64, forward: Float64) -> Float64:
+    """Return the rotation from optical axes to a level frame heading along `forward`.
+
+    Parameters
+    ----------
+    down : ndarray of float64, shape (3,)
+        Unit vector to the ground (or of gravity), optical.
+    forward : ndarray of float64, shape (3,)
+        Direction of the body's x axis, optical; its horizontal part becomes x.
+
+    Returns
+    -------
+    ndarray of float64, shape (3, 3)
+        Rows are x ahead, y left and z up of the level frame in optical axes.
+    """
+    up = -np.asarray(down, dtype=np.float64) / np.linalg.norm(down)
+    ahead = forward - (forward @ up) * up
+    ahead = ahead / np.linalg.norm(ahead)
+    return np.stack([ahead, np.cross(up, ahead), up])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Projection:
+    """What of a rectified pair turns pixels and disparities into metres.
+
+    Disparity is always ``u_left - u_right`` adjusted for the principal points, so that depth is
+    ``fx B / d`` without an offset.
+    """
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    baseline: float
+
+    def plane(self, *, height: float, down: Float64) -> Float64:
+        """Return (a, b, c) of the floor's disparity ``a u + b v + c`` [px].
+
+        Examples
+        --------
+        The rig of the paper: ten rows per level, horizon at row 200.
+
+        >>> rig = Projection(fx=386, fy=386, cx=319.5, cy=239.5, baseline=0.12)
+        >>> a, b, c = rig.plane(height=1.2, down=Attitude(roll=0.0, pitch=np.radians(5.9)).down())
+        >>> print(f"{1 / b:.1f} {-c / b:.1f}")
+        10.1 199.6
+        """
+        nx, ny, nz = down
+        scale = self.baseline / height
+        a, b = scale * nx, scale * ny * self.fx / self.fy
+        return np.array([a, b, scale * nz * self.fx - a * self.cx - b * self.cy])
+
+    def floor(self, plane: Float64) -> tuple[float, Float64]:
+        """Return (height [m], down) of the camera above the floor ``d = a u + b v + c``.
+
+        The inverse of `plane`. The height is NaN where the plane is no floor (all zero).
+        """
+        a, b, c = plane
+        scaled = np.array([a, b * self.fy / self.fx, (c + a * self.cx + b * self.cy) / self.fx])
+        norm = float(np.linalg.norm(scaled))
+        if norm == 0.0:
+            return float("nan"), np.array([0.0, 1.0, 0.0])
+        return self.baseline / norm, scaled / norm
+
+    def points(self, u: Float64, v: Float64, disparity: Float64) -> Float64:
+        """Return optical coordinates [m] of pixels; disparity 0 gives inf, NaN gives NaN.
+
+        Parameters
+        ----------
+        u, v, disparity : ndarray of float64, shape (N,)
+            Column, row and adjusted disparity [px].
+
+        Returns
+        -------
+        ndarray of float64, shape (N, 3)
+        """
+        with np.errstate(divide="ignore", invalid="ignore"):
+            z = self.fx * self.baseline / np.asarray(disparity, dtype=np.float64)
+            return np.stack([(u - self.cx) / self.fx * z, (v - self.cy) / self.fy * z, z], axis=-1)
