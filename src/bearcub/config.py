@@ -31,7 +31,8 @@ class _Table:
 
 
 def _table_name(table: type) -> str:
-    return next((f.name for f in fields(Config) if f.default_factory is table), table.__name__)
+    names: dict[Any, str] = {f.default_factory: f.name for f in fields(Config)}
+    return names.get(table, table.__name__)
 
 
 def _check(name: str, value: object, item: "Field[Any]") -> None:
@@ -128,7 +129,7 @@ class Config:
         lines = []
         for table in fields(self):
             stage = getattr(self, table.name)
-            lines += [f"# {type(stage).__doc__.splitlines()[0]}", f"[{table.name}]"]
+            lines += [f"# {(type(stage).__doc__ or '').splitlines()[0]}", f"[{table.name}]"]
             for item in fields(stage):
                 lines.append(f"# {item.metadata['doc']}")
                 lines.append(f"{item.name} = {_toml(getattr(stage, item.name))}")

@@ -89,7 +89,8 @@ def camera_attitude(*, body: Attitude, mount: Attitude) -> Attitude:
 def forward_in_camera(mount: Attitude) -> Float64:
     """Return the body's x axis (straight ahead) in the optical axes of a camera so mounted."""
     body_from_camera = rotation(roll=mount.roll, pitch=mount.pitch)
-    return OPTICAL_FROM_BODY @ body_from_camera.T @ np.array([1.0, 0.0, 0.0])
+    ahead: Float64 = OPTICAL_FROM_BODY @ body_from_camera.T @ np.array([1.0, 0.0, 0.0])
+    return ahead
 
 
 def base_from_optical(down: Float64, forward: Float64) -> Float64:
