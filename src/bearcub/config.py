@@ -61,7 +61,7 @@ class Matching(_Table):
     matcher: str = choice("sgbm", "which matcher", "sgbm", "bm")
     nearest: float = setting(
         0.0,
-        "nearest range to search [m]; 0: the nearest floor in view or an eighth of the width",
+        "nearest range to search [m]; 0: the nearest floor in view, a quarter of the width at most",
         low=0.0,
         high=100.0,
     )
@@ -75,9 +75,15 @@ class Matching(_Table):
     speckle_area: int = setting(
         100, "smallest connected patch that is kept [px]", low=0, high=100000
     )
-    texture: float = setting(
-        1.5,
-        "least local contrast that can be matched [grey levels]; noise has less",
+    agreement: float = setting(
+        0.65,
+        "share of a patch's texture on which left and right may disagree; noise: 0.75 and more",
+        low=0.0,
+        high=2.0,
+    )
+    contrast: float = setting(
+        0.5,
+        "least contrast that can be matched [grey levels, RMS]; below is the rounding of 8 bits",
         low=0.0,
         high=255.0,
     )

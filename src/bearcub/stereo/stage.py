@@ -1,0 +1,175 @@
+"""The stereo stage: a pair, or a disparity map, becomes one `DisparityMap`."""
+
+import math
+
+import numpy as np
+
+from bearcub.config import Matching
+from bearcub.errors import InputError
+from bearcub.messages import DisparityMap, Float32, UInt8, as_disparity, as_image
+from bearcub.rig.model import Camera, Mount
+from bearcub.stereo.checks import check_disparity, check_order
+from bearcub.stereo.epipolar import epipolar_offset
+from bearcub.stereo.gates import gate
+from bearcub.stereo.images import grey
+from bearcub.stereo.matchers import BmMatcher, Matcher, SgbmMatcher
+from bearcub.stereo.search import search_range
+
+_MANY = 0.6  # share of matched pixels that no swapped pair has
+
+
+class StereoStage:
+    """Match a rectified pair and keep what can be believed.
+
+    Parameters
+    ----------
+    matcher : Matcher
+        Measures disparity.
+    doffs : float
+        ``cx_right - cx_left`` [px], added to what the matcher measures.
+    agreement : float
+        Largest share of a patch's texture on which left and right may disagree.
+    contrast : float
+        Least RMS gradient that counts as texture [grey levels].
+    speckle_area : int
+        Smallest connected patch that is kept [px].
+    align : bool
+        Measure the pair's vertical misalignment, too.
+    """
+
+    def __init__(
+        self,
+        matcher: Matcher,
+        *,
+        doffs: float = 0.0,
+        agreement: float = 0.65,
+        contrast: float = 0.5,
+        speckle_area: int = 100,
+        align: bool = True,
+    ) -> None:
+        self._matcher = matcher
+        self._doffs = doffs
+        self._agreement = agreement
+        self._contrast = contrast
+        self._speckle_area = speckle_area
+        self._align = align
+        self._order_settled = False
+
+    @classmethod
+    def for_rig(
+        cls, camera: Camera, mount: Mount, matching: Matching, *, align: bool = True
+    ) -> "StereoStage":
+        """Return the stage that `matching` configures for this camera on this mount."""
+        search = search_range(camera, mount, nearest=matching.nearest)
+        kind = BmMatcher if matching.matcher == "bm" else SgbmMatcher
+        matcher = kind(
+            search,
+            block_size=matching.block_size,
+            uniqueness=matching.uniqueness,
+            left_right=matching.left_right,
+        )
+        return cls(
+            matcher,
+            doffs=camera.doffs,
+            agreement=matching.agreement,
+            contrast=matching.contrast,
+            speckle_area=matching.speckle_area,
+            align=align,
+        )
+
+    def __call__(self, left: UInt8, right: UInt8) -> DisparityMap:
+        """Match one pair.
+
+        Parameters
+        ----------
+        left, right : ndarray of uint8, shape (H, W) or (H, W, 3)
+            Rectified pair, colour as BGR.
+
+        Returns
+        -------
+        DisparityMap
+            Adjusted for `doffs`.
+
+        Raises
+        ------
+        InputError
+            If they are not two images of one size, or are swapped.
+        """
+        left, right = grey(as_image(left, name="left")), grey(as_image(right, name="right"))
+        if left.shape != right.shape:
+            raise InputError(
+                f"left is {left.shape[1]} x {left.shape[0]} pixels and right "
+                f"{right.shape[1]} x {right.shape[0]}: expected one size"
+            )
+        disparity = gate(
+            left,
+            right,
+            self._matcher(left, right),
+            agreement=self._agreement,
+            contrast=self._contrast,
+            speckle_area=self._speckle_area,
+        )
+        if not self._order_settled:
+            self._order_settled = self._check_order(left, right, disparity)
+        offset = epipolar_offset(left, right, disparity) if self._align else math.nan
+        return _adjusted(
+            disparity,
+            doffs=self._doffs,
+            smallest=self._matcher.smallest + self._doffs,
+            largest=self._matcher.largest + self._doffs,
+            offset=offset,
+        )
+
+    def _check_order(self, left: UInt8, right: UInt8, disparity: Float32) -> bool:
+        """Tell whether left and right are known not to be swapped; raise when they are."""
+        if np.count_nonzero(np.isfinite(disparity)) > _MANY * disparity.size:
+            return True
+        largest = min(self._matcher.largest, left.shape[1] / 4)
+        return check_order(left, right, largest=largest, doffs=self._doffs)
+
+
+def from_disparity(
+    disparity: Float32, *, doffs: float = 0.0, name: str = "disparity"
+) -> DisparityMap:
+    """Take a disparity map that something else has measured.
+
+    Parameters
+    ----------
+    disparity : ndarray of floats, shape (H, W)
+        As measured [px]; NaN or infinite where unmatched, 0 at infinity (``-doffs`` with `doffs`).
+    doffs : float
+        ``cx_right - cx_left`` [px], added.
+    name : str
+        What to call it in an error.
+
+    Returns
+    -------
+    DisparityMap
+
+    Raises
+    ------
+    InputError
+        If it is not a map of floats, nothing is matched, or most disparities are negative.
+    """
+    measured = as_disparity(disparity, name=name)
+    measured = np.where(np.isfinite(measured), measured, np.float32(np.nan))
+    check_disparity(measured + np.float32(doffs), name=name)
+    return _adjusted(measured, doffs=doffs, smallest=0.0, largest=math.inf, offset=math.nan)
+
+
+def _adjusted(
+    disparity: Float32, *, doffs: float, smallest: float, largest: float, offset: float
+) -> DisparityMap:
+    """Add `doffs`; what then lies up to a pixel beyond infinity is infinity, else no match."""
+    adjusted = disparity + np.float32(doffs)
+    with np.errstate(invalid="ignore"):  # NaN compares false
+        adjusted[adjusted < -1.0] = np.nan
+        np.maximum(adjusted, 0.0, out=adjusted)
+    adjusted.flags.writeable = False
+    return DisparityMap(
+        disparity=adjusted,
+        smallest=max(smallest, 0.0),
+        largest=largest,
+        valid_share=float(np.count_nonzero(np.isfinite(adjusted)) / adjusted.size),
+        epipolar_offset=offset,
+    )

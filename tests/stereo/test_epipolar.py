@@ -1,0 +1,54 @@
+"""A vertical misalignment of the pair is measured to a tenth of a pixel."""
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+
+from bearcub.messages import UInt8
+from bearcub.stereo.epipolar import epipolar_offset
+
+rng = np.random.default_rng(3)
+
+
+def textured_pair(rows_lower: float, *, disparity: float) -> tuple[UInt8, UInt8]:
+    scene = cv2.GaussianBlur(rng.normal(128, 90, (300, 440)), (0, 0), 1.5).astype(np.float32)
+    left = scene[20:260, 60:380]
+    # What the left image shows at (u, v) the right one shows at (u - disparity, v + rows_lower).
+    move = np.array([[1, 0, -60 - disparity], [0, 1, -20 + rows_lower]], np.float32)
+    right = cv2.warpAffine(scene, move, (320, 240), flags=cv2.INTER_CUBIC)
+    noise = rng.normal(0, 1.5, (2, 240, 320))
+    images = [
+        np.clip(np.rint(image + n), 0, 255) for image, n in zip((left, right), noise, strict=True)
+    ]
+    return images[0].astype(np.uint8), images[1].astype(np.uint8)
+
+
+@pytest.mark.parametrize("rows", [-1.3, 0.0, 0.7, 3.2])
+def test_a_shift_of_the_right_image_is_recovered_with_its_sign(rows: float) -> None:
+    left, right = textured_pair(rows, disparity=8.4)
+    disparity = np.full(left.shape, 8.4, np.float32)
+    assert epipolar_offset(left, right, disparity) == pytest.approx(rows, abs=0.1)
+
+
+def test_wrong_matches_do_not_pull_the_median() -> None:
+    left, right = textured_pair(0.7, disparity=8.4)
+    disparity = np.full(left.shape, 8.4, np.float32)
+    disparity[:, :100] = 40.0
+    assert epipolar_offset(left, right, disparity) == pytest.approx(0.7, abs=0.1)
+
+
+def test_without_matches_or_texture_it_is_unknown() -> None:
+    left, right = textured_pair(0.7, disparity=8.4)
+    nothing = np.full(left.shape, np.nan, np.float32)
+    assert math.isnan(epipolar_offset(left, right, nothing))
+    blank = np.full_like(left, 90)
+    assert math.isnan(epipolar_offset(blank, blank, np.zeros(left.shape, np.float32)))
+
+
+def test_images_of_different_things_give_nothing() -> None:
+    left, _ = textured_pair(0.0, disparity=0.0)
+    other, _ = textured_pair(0.0, disparity=0.0)
+    offset = epipolar_offset(left, other, np.full(left.shape, 4.0, np.float32))
+    assert math.isnan(offset)
