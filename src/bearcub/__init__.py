@@ -1,1 +1,9 @@
-"""Stereo obstacle perception and avoidance for ground robots, on a CPU."""
+"""Stereo obstacle perception and avoidance for ground robots, on a CPU.
+
+``Pipeline(Rig.load("rig.toml"))(left, right)`` answers one frame.
+"""
+
+from bearcub.pipeline import Pipeline
+from bearcub.rig.model import Rig
+
+__all__ = ["Pipeline", "Rig"]

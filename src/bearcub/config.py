@@ -90,10 +90,85 @@ class Matching(_Table):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class GroundSearch(_Table):
+    """From a disparity map to the floor."""
+
+    height_factor: float = setting(
+        2.2, "a floor may lie this factor above or below the mount's height", low=1.01, high=5.0
+    )
+    pitch_deg: float = setting(
+        18.0, "largest pitch of the floor against the expected one [deg]", low=1.0, high=45.0
+    )
+    roll_deg: float = setting(
+        22.0, "largest roll of the floor against the expected one [deg]", low=1.0, high=45.0
+    )
+    sigma_height_share: float = setting(
+        0.25,
+        "1-sigma of the mount's height where the rig states none, share of it",
+        low=0.001,
+        high=1.0,
+    )
+    sigma_mount_deg: float = setting(
+        5.0, "1-sigma of roll and pitch without a tilt reading [deg]", low=0.01, high=45.0
+    )
+    sigma_tilt_deg: float = setting(
+        1.5, "1-sigma of roll and pitch with a tilt reading [deg]", low=0.01, high=45.0
+    )
+    unevenness: float = setting(0.02, "height of bumps that are still floor [m]", low=0.0, high=0.5)
+    least_support: float = setting(
+        0.3,
+        "share of the pixels that could be floor which must be, or no floor is seen",
+        low=0.0,
+        high=1.0,
+    )
+    least_share: float = setting(
+        0.01,
+        "share of the image that the floor must cover, or no floor is seen",
+        low=0.0,
+        high=1.0,
+    )
+    noise: float = setting(
+        0.5, "1-sigma of disparity where no floor tells it [px]", low=0.01, high=5.0
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Detection(_Table):
+    """From disparity and floor to obstacles, holes, terrain and the free way."""
+
+    least_height: float = setting(0.08, "lowest thing that is reported [m]", low=0.01, high=1.0)
+    least_pixels: int = setting(30, "smallest thing that is reported [px]", low=3, high=10000)
+    farthest: float = setting(20.0, "how far to look [m]", low=1.0, high=200.0)
+    clearance: float = setting(
+        2.0, "what hangs higher than this does not block the way [m]", low=0.1, high=10.0
+    )
+    sigmas: float = setting(
+        3.0,
+        "how many sigmas off the floor a pixel must be to stand on it or lie below it",
+        low=1.0,
+        high=10.0,
+    )
+    bias: float = setting(
+        0.1,
+        "1-sigma of the disparity error that all pixels of a thing share [px]",
+        low=0.0,
+        high=2.0,
+    )
+    steepest_deg: float = setting(
+        20.0, "steepest ground that is still a way, not an obstacle [deg]", low=1.0, high=45.0
+    )
+    bearing_step_deg: float = setting(
+        2.0, "step between the directions of the free range [deg]", low=0.1, high=15.0
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Config:
     """The whole configuration."""
 
     matching: Matching = field(default_factory=Matching)
+    ground: GroundSearch = field(default_factory=GroundSearch)
+    detection: Detection = field(default_factory=Detection)
 
     @classmethod
     def load(cls, path: Path) -> "Config":

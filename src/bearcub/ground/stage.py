@@ -1,0 +1,197 @@
+"""The ground stage: tilt, mount and image become one floor with its uncertainty."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from bearcub.geometry import Attitude, Float64, Projection, camera_attitude
+from bearcub.ground.fit import Gates, PlaneFit, fit_plane
+from bearcub.ground.prior import Prior, expect
+from bearcub.ground.profile import follow_floor
+from bearcub.messages import DisparityMap, Ground, Tilt
+from bearcub.rig.model import Mount
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GroundStage:
+    """Find the floor of one frame.
+
+    Attributes
+    ----------
+    projection : Projection
+    mount : Mount
+    gates : Gates
+        How far from the prior a floor may lie.
+    sigma_height_share : float
+        1-sigma of the mount's height where the rig states none, as a share of it.
+    sigma_mount, sigma_tilt : float
+        1-sigma of the expected roll and pitch without and with a tilt reading [rad].
+    unevenness : float
+        Height of bumps that are still floor [m].
+    least_support, least_share : float
+        A floor is seen when at least this share of the pixels that could be floor, and this
+        share of the image, lies on it.
+    noise : float
+        1-sigma of disparity where no floor tells it [px].
+    """
+
+    projection: Projection
+    mount: Mount
+    gates: Gates
+    sigma_height_share: float
+    sigma_mount: float
+    sigma_tilt: float
+    unevenness: float
+    least_support: float
+    least_share: float
+    noise: float
+
+    def __call__(self, disparity: DisparityMap, tilt: Tilt | None) -> Ground:
+        """Fit the floor, fuse it with the prior and follow its bend.
+
+        Parameters
+        ----------
+        disparity : DisparityMap
+        tilt : Tilt or None
+
+        Returns
+        -------
+        Ground
+            With ``seen`` False and the prior's plane when the image shows no floor.
+        """
+        prior = expect(
+            self.mount,
+            tilt,
+            sigma_height_share=self.sigma_height_share,
+            sigma_mount=self.sigma_mount,
+            sigma_tilt=self.sigma_tilt,
+        )
+        fit = fit_plane(
+            disparity.disparity,
+            self.projection,
+            prior,
+            self.gates,
+            unevenness=self.unevenness,
+        )
+        if fit is None or not self._convincing(fit, disparity):
+            return self._unseen(prior)
+        return self._seen(prior, fit, disparity)
+
+    def _convincing(self, fit: PlaneFit, disparity: DisparityMap) -> bool:
+        share = fit.count / disparity.disparity.size
+        return fit.support >= self.least_support and share >= self.least_share
+
+    def _unseen(self, prior: Prior) -> Ground:
+        down = prior.attitude.down()
+        plane = self.projection.plane(height=prior.height, down=down)
+        jacobian = _plane_jacobian(self.projection, prior.values)
+        return Ground(
+            plane=plane,
+            covariance=jacobian @ np.diag(prior.sigma**2) @ jacobian.T,
+            height=prior.height,
+            pitch=prior.pitch,
+            roll=prior.roll,
+            sigma_height=float(prior.sigma[0]),
+            sigma_pitch=float(prior.sigma[1]),
+            sigma_roll=float(prior.sigma[2]),
+            noise=self.noise,
+            source="tilt" if prior.tilted else "mount",
+            seen=False,
+            residual=math.nan,
+            tilt_disagreement=math.nan,
+        )
+
+    def _seen(self, prior: Prior, fit: PlaneFit, disparity: DisparityMap) -> Ground:
+        measured = _values(self.projection, fit.plane)
+        back = np.linalg.inv(_plane_jacobian(self.projection, measured))
+        covariance = back @ fit.covariance @ back.T
+        values, covariance = fuse(prior.values, prior.sigma, measured, covariance)
+        attitude = Attitude(pitch=float(values[1]), roll=float(values[2]))
+        plane = self.projection.plane(height=float(values[0]), down=attitude.down())
+        jacobian = _plane_jacobian(self.projection, values)
+        knots, bend = follow_floor(
+            disparity.disparity, plane, noise=fit.noise, height=float(values[0])
+        )
+        sigma = np.sqrt(np.diag(covariance))
+        return Ground(
+            plane=plane,
+            covariance=jacobian @ covariance @ jacobian.T,
+            height=float(values[0]),
+            pitch=attitude.pitch,
+            roll=attitude.roll,
+            sigma_height=float(sigma[0]),
+            sigma_pitch=float(sigma[1]),
+            sigma_roll=float(sigma[2]),
+            noise=fit.noise,
+            source="tilt+image" if prior.tilted else "image",
+            seen=True,
+            residual=fit.noise,
+            tilt_disagreement=_angle(prior, measured) if prior.tilted else math.nan,
+            knots=knots,
+            bend=bend,
+        )
+
+
+def fuse(
+    expected: Float64, sigma: Float64, measured: Float64, covariance: Float64
+) -> tuple[Float64, Float64]:
+    """Weigh the prior's and the image's (height, pitch, roll) by their uncertainties.
+
+    A prior that the image contradicts by more than three sigmas in one of them is wrong, not
+    noisy (a biased or late tilt sensor, a mount measured badly), and has no say in that one.
+
+    Parameters
+    ----------
+    expected, sigma : ndarray of float64, shape (3,)
+        The prior and its 1-sigmas.
+    measured : ndarray of float64, shape (3,)
+    covariance : ndarray of float64, shape (3, 3)
+        Of `measured`.
+
+    Returns
+    -------
+    values : ndarray of float64, shape (3,)
+    covariance : ndarray of float64, shape (3, 3)
+
+    Examples
+    --------
+    >>> values, covariance = fuse(np.zeros(3), np.ones(3), np.array([1.0, 1.0, 9.0]), np.eye(3))
+    >>> values
+    array([0.5, 0.5, 9. ])
+    """
+    spread = np.sqrt(sigma**2 + np.diag(covariance))
+    agrees = np.abs(measured - expected) <= 3 * spread
+    information = np.diag(np.where(agrees, sigma**-2.0, 0.0))
+    precision = np.linalg.inv(covariance)
+    fused = np.linalg.inv(precision + information)
+    return fused @ (precision @ measured + information @ expected), fused
+
+
+def _values(projection: Projection, plane: Float64) -> Float64:
+    height, down = projection.floor(plane)
+    attitude = Attitude.from_down(down)
+    return np.array([height, attitude.pitch, attitude.roll])
+
+
+def _plane_jacobian(projection: Projection, values: Float64) -> Float64:
+    """Return the derivative of (a, b, c) by (height, pitch, roll), by central differences."""
+
+    def plane(at: Float64) -> Float64:
+        attitude = Attitude(pitch=float(at[1]), roll=float(at[2]))
+        return projection.plane(height=float(at[0]), down=attitude.down())
+
+    step = 1e-5
+    rows = [(plane(values + e) - plane(values - e)) / (2 * step) for e in step * np.eye(3)]
+    return np.stack(rows, axis=1)
+
+
+def _angle(prior: Prior, measured: Float64) -> float:
+    seen = Attitude(pitch=float(measured[1]), roll=float(measured[2])).down()
+    return float(np.arccos(np.clip(prior.attitude.down() @ seen, -1.0, 1.0)))
+
+
+def gravity_in_camera(mount: Mount, tilt: Tilt) -> Float64:
+    """Return the unit vector of gravity in optical axes, from a tilt reading of the body."""
+    body = Attitude(roll=tilt.roll, pitch=tilt.pitch)
+    return camera_attitude(body=body, mount=mount.attitude).down()

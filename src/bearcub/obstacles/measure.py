@@ -1,0 +1,152 @@
+"""How large, how far, at what angle, how high: one thing's pixels become numbers with sigmas."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from bearcub.geometry import Float64, Projection
+from bearcub.messages import Float32
+
+_EDGE = 0.25  # share of a typical column's (or row's) pixels at which a thing ends
+_BLOCK = 25.0  # neighbouring pixels of a matcher that err together
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class View:
+    """The camera in ``base_link``: what turns pixels into metres over the floor.
+
+    Attributes
+    ----------
+    projection : Projection
+    base_from_optical : ndarray of float64, shape (3, 3)
+    origin : ndarray of float64, shape (3,)
+        The left camera in ``base_link`` [m].
+    """
+
+    projection: Projection
+    base_from_optical: Float64
+    origin: Float64
+
+    def points(self, u: Float64, v: Float64, disparity: Float64) -> Float64:
+        """Return the points [m] in ``base_link`` of pixels, shape (N, 3)."""
+        return self.projection.points(u, v, disparity) @ self.base_from_optical.T + self.origin
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Extent:
+    """The size and place of one thing; see `messages.Obstacle` for the meaning."""
+
+    x: float
+    y: float
+    distance: float
+    bearing: float
+    width: float
+    top: float
+    bottom: float
+    sigma_distance: float
+    sigma_bearing: float
+    sigma_width: float
+    sigma_top: float
+
+
+def measure(
+    view: View, u: Float64, v: Float64, disparity: Float32, *, noise: float, bias: float
+) -> Extent:
+    """Measure one thing from its pixels.
+
+    Parameters
+    ----------
+    view : View
+    u, v : ndarray of float64, shape (N,)
+        Columns and rows of the thing's pixels [px].
+    disparity : ndarray of float32, shape (N,)
+        [px].
+    noise : float
+        1-sigma of a pixel's disparity [px], independent between patches.
+    bias : float
+        1-sigma of the error that all its pixels share [px].
+
+    Returns
+    -------
+    Extent
+    """
+    p = view.points(u, v, disparity.astype(np.float64))
+    bearing = np.arctan2(p[:, 1], p[:, 0])
+    reach = np.hypot(p[:, 0], p[:, 1])
+    pixel = 1.0 / view.projection.fx
+    left, right = _ends(bearing, pixel)
+    centre = 0.5 * (left + right)
+    ranges, bearings, counts = _near_face(bearing, reach, left, right, pixel)
+    nearest = int(np.argmin(ranges))
+    distance = float(ranges[nearest])
+    d_near = float(view.projection.fx * view.projection.baseline / max(distance, 1e-6))
+    spread = math.sqrt(noise**2 * _BLOCK / max(counts[nearest], _BLOCK) + bias**2)
+    sigma_distance = distance * spread / d_near
+    width = _chord(ranges, left, right)
+    edge = math.hypot(0.7 * pixel, 0.0)
+    low, high = _ends(p[:, 2], float(np.median(reach)) * pixel)
+    drop = abs(view.origin[2] - high)
+    return Extent(
+        x=distance * math.cos(bearings[nearest]),
+        y=distance * math.sin(bearings[nearest]),
+        distance=distance,
+        bearing=centre,
+        width=width,
+        top=high,
+        bottom=low,
+        sigma_distance=sigma_distance,
+        sigma_bearing=edge / math.sqrt(2),
+        sigma_width=math.hypot(math.sqrt(2) * edge * distance, width * spread / d_near),
+        sigma_top=math.hypot(edge * distance, drop * spread / d_near),
+    )
+
+
+def _ends(values: Float64, step: float) -> tuple[float, float]:
+    """Return where the histogram of `values` with bins of `step` rises and falls.
+
+    The ends are interpolated inside the bin where the count crosses a share of the typical one,
+    so that stray pixels beyond a thing's edge do not move them.
+    """
+    start = float(values.min()) - 1.5 * step
+    bins = np.floor((values - start) / step).astype(np.int64)
+    counts = np.bincount(bins).astype(np.float64)
+    counts = np.append(counts, 0.0)
+    typical = float(np.percentile(counts[counts > 0], 75))
+    threshold = max(_EDGE * typical, 0.5)
+    above = np.flatnonzero(counts >= threshold)
+    first, last = int(above[0]), int(above[-1])
+    before, after = counts[first - 1], counts[last + 1] if last + 1 < len(counts) else 0.0
+    # the edge bin is partly covered: its share of the typical count is the covered part
+    low = start + (first + 1 - min(1.0, counts[first] / typical)) * step
+    high = start + (last + min(1.0, counts[last] / typical)) * step
+    del before, after
+    return low, high
+
+
+def _near_face(
+    bearing: Float64, reach: Float64, left: float, right: float, pixel: float
+) -> tuple[Float64, Float64, Float64]:
+    """Return the range [m] of the thing in up to 13 directions, the directions and pixel counts."""
+    columns = max(1.0, (right - left) / pixel)
+    groups = int(np.clip(columns // 4, 1, 13))
+    position = (bearing - left) / max(right - left, 1e-9) * groups
+    group = np.clip(position, 0, groups - 1).astype(np.int64)
+    order = np.lexsort((reach, group))
+    counts = np.bincount(group, minlength=groups)
+    ends = np.cumsum(counts)
+    middle = ends - (counts + 1) // 2
+    used = counts > 0.25 * np.median(counts)
+    sorted_reach = reach[order]
+    ranges = sorted_reach[middle[used]]
+    directions = left + (np.flatnonzero(used) + 0.5) * (right - left) / groups
+    if len(ranges) >= 3:
+        inner = 0.25 * ranges[:-2] + 0.5 * ranges[1:-1] + 0.25 * ranges[2:]
+        ranges = np.concatenate([ranges[:1], inner, ranges[-1:]])
+    return ranges, directions, counts[used].astype(np.float64)
+
+
+def _chord(ranges: Float64, left: float, right: float) -> float:
+    """Return the extent across the line of sight between the two silhouettes."""
+    half = 0.5 * (right - left)
+    return float((ranges[0] + ranges[-1]) * math.tan(half))

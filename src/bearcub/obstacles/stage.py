@@ -1,0 +1,258 @@
+"""The obstacle stage: disparity and floor become things, holes, terrain and free range."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from bearcub.geometry import (
+    Attitude,
+    Float64,
+    Projection,
+    base_from_optical,
+    forward_in_camera,
+)
+from bearcub.ground.surface import floor_disparity, floor_sigma
+from bearcub.messages import (
+    Bool,
+    DisparityMap,
+    Float32,
+    FreeRange,
+    Ground,
+    Hole,
+    Int32,
+    Layers,
+    Obstacle,
+    Pixel,
+    Terrain,
+    Vote,
+)
+from bearcub.obstacles.free_range import free_range
+from bearcub.obstacles.holes import find_holes
+from bearcub.obstacles.measure import Extent, View, measure
+from bearcub.obstacles.segment import Segments, segment
+from bearcub.obstacles.terrain import lie_of_the_land
+from bearcub.rig.model import Mount
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Findings:
+    """What the stage found in one frame."""
+
+    obstacles: tuple[Obstacle, ...]
+    holes: tuple[Hole, ...]
+    terrain: Terrain
+    free_range: FreeRange
+    layers: Layers
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ObstacleStage:
+    """Find what stands on the floor, what is missing from it and how it lies.
+
+    Attributes
+    ----------
+    projection : Projection
+    mount : Mount
+    least_height : float
+        Lowest thing that is reported [m].
+    least_pixels : int
+        Smallest thing that is reported [px].
+    farthest : float
+        How far to look [m].
+    clearance : float
+        What hangs higher than this does not block the way [m].
+    sigmas : float
+        How many sigmas off the floor a pixel must be.
+    unevenness : float
+        Height of bumps that are still floor [m].
+    bias : float
+        1-sigma of the disparity error that all pixels of a thing share [px].
+    steepest : float
+        Steepest ground that is still a way [rad].
+    bearing_step : float
+        Between the directions of the free range [rad].
+    """
+
+    projection: Projection
+    mount: Mount
+    least_height: float
+    least_pixels: int
+    farthest: float
+    clearance: float
+    sigmas: float
+    unevenness: float
+    bias: float
+    steepest: float
+    bearing_step: float
+
+    def __call__(
+        self, disparity: DisparityMap, ground: Ground, *, gravity: Float64 | None
+    ) -> Findings:
+        """Answer the six questions of one frame.
+
+        Parameters
+        ----------
+        disparity : DisparityMap
+        ground : Ground
+        gravity : ndarray of float64, shape (3,), or None
+            Direction of gravity in optical axes when a tilt sensor told it.
+
+        Returns
+        -------
+        Findings
+        """
+        d = disparity.disparity
+        view = self.view(ground)
+        floor = floor_disparity(ground, d.shape)
+        standing, on_floor, below = self._sort(d, floor, ground)
+        segments = segment(
+            d,
+            standing,
+            self.projection,
+            least_height=self.least_height,
+            nearest_level=min(disparity.largest, 0.5 * d.shape[1]),
+            farthest_level=self.projection.fx * self.projection.baseline / self.farthest,
+        )
+        obstacles, labels = self._obstacles(d, segments, view, ground)
+        holes, hole_labels = find_holes(
+            d, floor, below, labels, view, ground, sigmas=self.sigmas, farthest=self.farthest
+        )
+        labels = np.where(hole_labels < 0, hole_labels, labels) if holes else labels
+        layers = Layers(disparity=d, floor=floor, kind=_kinds(d, on_floor, labels), labels=labels)
+        terrain = lie_of_the_land(d, on_floor, view, ground, gravity=gravity)
+        way = free_range(
+            layers,
+            obstacles,
+            holes,
+            terrain,
+            view,
+            ground,
+            step=self.bearing_step,
+            farthest=self.farthest,
+            clearance=self.clearance,
+            steepest=self.steepest,
+        )
+        return Findings(
+            obstacles=obstacles, holes=holes, terrain=terrain, free_range=way, layers=layers
+        )
+
+    def view(self, ground: Ground) -> View:
+        """Return the camera in ``base_link`` over this ground."""
+        down = Attitude(roll=ground.roll, pitch=ground.pitch).down()
+        return View(
+            projection=self.projection,
+            base_from_optical=base_from_optical(down, forward_in_camera(self.mount.attitude)),
+            origin=np.array([self.mount.x, self.mount.y, ground.height]),
+        )
+
+    def _sort(self, d: Float32, floor: Float32, ground: Ground) -> tuple[Bool, Bool, Bool]:
+        """Tell pixels above, on and below the floor; the tolerance comes from the noise."""
+        constant = self.sigmas * math.hypot(ground.noise, floor_sigma(ground, d.shape))
+        tolerance = np.float32(1.5 * self.unevenness / ground.height) * d
+        tolerance += np.float32(constant)
+        residual = d - floor
+        with np.errstate(invalid="ignore"):  # NaN compares false
+            standing = residual > tolerance
+            below = (residual < -tolerance) & (floor > 0)
+            on_floor = (np.abs(residual) <= tolerance) & (floor > 0)
+        return standing, on_floor, below
+
+    def _obstacles(
+        self, d: Float32, segments: Segments, view: View, ground: Ground
+    ) -> tuple[tuple[Obstacle, ...], Int32]:
+        """Measure every segment; number those that count from the nearest."""
+        found = []
+        for number, (first, last) in enumerate(segments.spans, start=1):
+            v, u = np.nonzero(segments.labels[:, first : last + 1] == number)
+            if len(u) < self.least_pixels:
+                continue
+            u += first
+            extent = measure(
+                view,
+                u.astype(np.float64),
+                v.astype(np.float64),
+                d[v, u],
+                noise=ground.noise,
+                bias=self.bias,
+            )
+            if extent.top >= self.least_height and extent.distance <= self.farthest:
+                found.append((extent, number, _box(u, v), len(u)))
+        found.sort(key=lambda item: item[0].distance)
+        renumber = np.zeros(len(segments.spans) + 1, dtype=np.int32)
+        obstacles = []
+        for identity, (extent, number, box, pixels) in enumerate(found, start=1):
+            renumber[number] = identity
+            obstacles.append(self._obstacle(identity, extent, box, pixels, d.shape))
+        return tuple(obstacles), renumber[segments.labels]
+
+    def _obstacle(
+        self,
+        identity: int,
+        extent: Extent,
+        box: tuple[int, int, int, int],
+        pixels: int,
+        shape: tuple[int, int],
+    ) -> Obstacle:
+        cut = _cut(box, shape)
+        weight = min(6.0, math.log(pixels / self.least_pixels) + 0.5)
+        remark = f"; cut by the image's {' and '.join(cut)} border" if cut else ""
+        # the tolerance hides the foot of what stands on the floor
+        hanging = extent.bottom > 2 * self.least_height + 3 * self.unevenness
+        return Obstacle(
+            id=identity,
+            x=extent.x,
+            y=extent.y,
+            distance=extent.distance,
+            bearing=extent.bearing,
+            width=extent.width,
+            height=extent.top,
+            base_height=extent.bottom if hanging else 0.0,
+            sigma_distance=extent.sigma_distance,
+            sigma_bearing=extent.sigma_bearing,
+            sigma_width=math.nan if {"left", "right"} & set(cut) else extent.sigma_width,
+            sigma_height=math.nan if "top" in cut else extent.sigma_top,
+            confidence=1 / (1 + math.exp(-weight)),
+            box=box,
+            pixels=pixels,
+            truncated=cut,
+            votes=(
+                Vote(
+                    sensor="stereo",
+                    vote="for",
+                    weight=weight,
+                    reason=f"{pixels} px above the floor{remark}",
+                ),
+            ),
+        )
+
+
+def _box(
+    u: "np.ndarray[tuple[int], np.dtype[np.int64]]", v: "np.ndarray[tuple[int], np.dtype[np.int64]]"
+) -> tuple[int, int, int, int]:
+    return int(u.min()), int(v.min()), int(u.max()), int(v.max())
+
+
+def _cut(box: tuple[int, int, int, int], shape: tuple[int, int]) -> tuple[str, ...]:
+    """Name the image borders that a box touches, with the margin a matcher loses there."""
+    left, top, right, bottom = box
+    rows, columns = shape
+    margin = 4
+    sides = {
+        "left": left < margin,
+        "right": right >= columns - margin,
+        "top": top < margin,
+        "bottom": bottom >= rows - margin,
+    }
+    return tuple(name for name, touched in sides.items() if touched)
+
+
+def _kinds(
+    d: Float32, on_floor: Bool, labels: Int32
+) -> "np.ndarray[tuple[int, int], np.dtype[np.uint8]]":
+    kind = np.full(d.shape, Pixel.OTHER, dtype=np.uint8)
+    kind[np.isnan(d)] = Pixel.UNSEEN
+    kind[on_floor] = Pixel.FLOOR
+    kind[labels > 0] = Pixel.OBSTACLE
+    kind[labels < 0] = Pixel.HOLE
+    return kind
