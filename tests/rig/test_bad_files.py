@@ -143,7 +143,7 @@ REFUSED: list[tuple[str, dict[str, str], type[BearcubError], str]] = [
     ("prose", {"notes.txt": "The camera is 1.2 m up.\n"}, FormatError, "Kalibr camchain"),
     ("other YAML", {"params.yaml": "gain: 3\nexposure: 10\n"}, FormatError, "'exposure', 'gain'"),
     ("broken YAML", {"left.yaml": ROS + "x: [1, 2\n"}, FormatError, "line"),
-    ("deep YAML", {"left.yaml": "P: " + "[" * 2000}, FormatError, "not valid"),
+    ("deep YAML", {"left.yaml": "P: " + "[" * 1000}, FormatError, "not valid"),
     ("empty", {"rig.toml": "  \n"}, FormatError, "is empty"),
 ]
 
@@ -243,3 +243,12 @@ def test_damaged_calibrations_never_give_a_traceback(
         new = data.draw(st.sampled_from(NASTY) | st.text(max_size=5) | st.just(text[:start]))
         text = text[:start] + new + text[end:]
     load_or_refuse(save(fuzz_folder, {**files, victim: text}))
+
+
+@pytest.mark.parametrize("filler", ["\n", " ", "\t\n", "cam0 = ", "P0: 1 ", "[camera"])
+def test_a_large_file_of_nothing_is_refused_at_once(tmp_path: Path, filler: str) -> None:
+    """The search for the format takes time in proportion to the file, not to its square."""
+    path = tmp_path / "calib.txt"
+    path.write_text((filler * 262_000)[:262_000] + "x", encoding="utf-8")
+    with pytest.raises(BearcubError):
+        Rig.load(path, height=1.0)

@@ -4,9 +4,7 @@ import re
 
 from bearcub.errors import FormatError
 from bearcub.rig.projections import camera_from_projections
-from bearcub.rig.values import Calibration, lookup, numbers, whole
-
-_LINE = re.compile(r"^[ \t]*(?:(\w+)[ \t]*:)?[ \t]*(\S.*)$", re.MULTILINE)
+from bearcub.rig.values import Calibration, lookup, named_lines, numbers, whole
 
 
 def read_kitti(text: str, *, unit: float | None, cameras: tuple[int, int] | None) -> Calibration:
@@ -30,7 +28,7 @@ def read_kitti(text: str, *, unit: float | None, cameras: tuple[int, int] | None
     BearcubError
         If a matrix is missing, is none, or the two are no rectified pair.
     """
-    lines = _LINE.findall(text)
+    lines = named_lines(text, ":")
     bare = [values for name, values in lines if not name]
     if len(bare) > 4:
         raise FormatError(

@@ -4,9 +4,7 @@ import re
 
 from bearcub.errors import CalibrationError
 from bearcub.rig.camera import Camera
-from bearcub.rig.values import Calibration, lookup, number, numbers, whole
-
-_LINE = re.compile(r"^[ \t]*(\w+)[ \t]*=[ \t]*(.*?)[ \t\r]*$", re.MULTILINE)
+from bearcub.rig.values import Calibration, lookup, named_lines, number, numbers, whole
 
 
 def read_middlebury(text: str, *, unit: float | None) -> Calibration:
@@ -17,7 +15,7 @@ def read_middlebury(text: str, *, unit: float | None) -> Calibration:
     BearcubError
         If a value is missing, is no number, or `doffs` contradicts the principal points.
     """
-    found = dict(_LINE.findall(text))
+    found = dict(named_lines(text, "="))
     left, right = (
         numbers(re.split(r"[\s;]+", str(lookup(found, name)).strip("[] ")), name, 9)
         for name in ("cam0", "cam1")

@@ -35,9 +35,11 @@ _USUAL_NAMES = (
     "calib_cam_to_cam.txt",
 )
 _PARTNERS = (("left", "right"), ("intrinsics", "extrinsics"), ("extrinsics", "intrinsics"))
-_TOML = re.compile(r"^\s*\[\s*(camera|mount|lens)\s*[\].]", re.MULTILINE)
-_MIDDLEBURY = re.compile(r"^\s*cam[01]\s*=", re.MULTILINE)
-_KITTI = re.compile(r"^\s*P(_rect_0)?[0-3]\s*:\s*[-+.\d]|\A\s*([-+.\deE]+[ \t]+){11}", re.MULTILINE)
+_TOML = re.compile(r"^[ \t]*\[[ \t]*(camera|mount|lens)[ \t]*[\].]", re.MULTILINE)
+_MIDDLEBURY = re.compile(r"^[ \t]*cam[01][ \t]*=", re.MULTILINE)
+_KITTI = re.compile(
+    r"^[ \t]*P(_rect_0)?[0-3][ \t]*:[ \t]*[-+.\d]|\A\s*([-+.\deE]+[ \t]+){11}", re.MULTILINE
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

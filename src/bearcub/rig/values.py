@@ -158,6 +158,19 @@ def whole(value: object, name: str) -> int:
     return int(result)
 
 
+def named_lines(text: str, separator: str) -> list[tuple[str, str]]:
+    r"""Return the name and the rest of every line; the name is empty where there is none.
+
+    Examples
+    --------
+    >>> named_lines("P0: 1 2\n3 4", ":")
+    [('P0', '1 2'), ('', '3 4')]
+    """
+    lines = [line if separator in line else separator + line for line in text.splitlines()]
+    parts = [line.partition(separator) for line in lines if line.strip() != separator]
+    return [(name.strip(), rest.strip()) for name, _, rest in parts]
+
+
 def lookup(found: Mapping[str, Any], *names: str) -> Any:
     """Return the value of the first of `names` that is there.
 
@@ -173,7 +186,7 @@ def lookup(found: Mapping[str, Any], *names: str) -> Any:
 
 
 def _nearest(name: str, found: Collection[str]) -> str:
-    near = get_close_matches(name, [key for key in found if len(key) < 80], n=1, cutoff=0.7)
+    near = get_close_matches(name, [key for key in found if len(key) < 80], n=1, cutoff=0.8)
     return f": is {near[0]} meant to be it?" if near else ""
 
 
