@@ -87,6 +87,9 @@ class Matching(_Table):
         low=0.0,
         high=255.0,
     )
+    sharpen: bool = setting(
+        True, "register every window once more for an unbiased fraction of a pixel"
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,7 +106,7 @@ class GroundSearch(_Table):
         22.0, "largest roll of the floor against the expected one [deg]", low=1.0, high=45.0
     )
     sigma_height_share: float = setting(
-        0.25,
+        0.1,
         "1-sigma of the mount's height where the rig states none, share of it",
         low=0.001,
         high=1.0,
@@ -115,6 +118,9 @@ class GroundSearch(_Table):
         1.5, "1-sigma of roll and pitch with a tilt reading [deg]", low=0.01, high=45.0
     )
     unevenness: float = setting(0.02, "height of bumps that are still floor [m]", low=0.0, high=0.5)
+    steepest_deg: float = setting(
+        20.0, "steepest ground that is still a way, not an obstacle [deg]", low=1.0, high=45.0
+    )
     least_support: float = setting(
         0.3,
         "share of the pixels that could be floor which must be, or no floor is seen",
@@ -138,6 +144,9 @@ class Detection(_Table):
 
     least_height: float = setting(0.08, "lowest thing that is reported [m]", low=0.01, high=1.0)
     least_pixels: int = setting(30, "smallest thing that is reported [px]", low=3, high=10000)
+    least_fill: float = setting(
+        0.25, "share of its outline that a thing's pixels must cover", low=0.0, high=1.0
+    )
     farthest: float = setting(20.0, "how far to look [m]", low=1.0, high=200.0)
     clearance: float = setting(
         2.0, "what hangs higher than this does not block the way [m]", low=0.1, high=10.0
@@ -153,9 +162,6 @@ class Detection(_Table):
         "1-sigma of the disparity error that all pixels of a thing share [px]",
         low=0.0,
         high=2.0,
-    )
-    steepest_deg: float = setting(
-        20.0, "steepest ground that is still a way, not an obstacle [deg]", low=1.0, high=45.0
     )
     bearing_step_deg: float = setting(
         2.0, "step between the directions of the free range [deg]", low=0.1, high=15.0

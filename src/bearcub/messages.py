@@ -71,6 +71,8 @@ class DisparityMap:
         Share of pixels with a disparity, 0 to 1.
     epipolar_offset : float
         Measured vertical misalignment of the pair [px], right image lower positive; NaN unknown.
+    fattening : float
+        How far the matcher carries a near surface's disparity past its edges [px].
     """
 
     disparity: Float32
@@ -78,6 +80,7 @@ class DisparityMap:
     largest: float = math.inf
     valid_share: float = math.nan
     epipolar_offset: float = math.nan
+    fattening: float = 0.0
 
 
 class Pixel(IntEnum):
@@ -236,7 +239,9 @@ class Ground:
         Of `plane`.
     knots, bend : ndarray of float64, shape (K,)
         The profile of a floor that bends: `bend` [px] is added to the plane where the plane's own
-        disparity is `knots` [px], ascending, linear between; empty on a plane floor.
+        disparity is `knots` [px], ascending, linear between; empty where no profile was seen.
+    knot_noise : ndarray of float64, shape (K,)
+        Disparity noise measured on the floor there, 1-sigma [px].
     height, pitch, roll : float
         The camera above and against that floor [m], [rad].
     sigma_height, sigma_pitch, sigma_roll : float
@@ -268,6 +273,7 @@ class Ground:
     tilt_disagreement: float
     knots: Float64 = field(default_factory=lambda: np.zeros(0))
     bend: Float64 = field(default_factory=lambda: np.zeros(0))
+    knot_noise: Float64 = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

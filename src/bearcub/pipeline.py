@@ -162,6 +162,7 @@ class Pipeline:
             sigma_mount=math.radians(ground.sigma_mount_deg),
             sigma_tilt=math.radians(ground.sigma_tilt_deg),
             unevenness=ground.unevenness,
+            steepest=math.radians(ground.steepest_deg),
             least_support=ground.least_support,
             least_share=ground.least_share,
             noise=ground.noise,
@@ -174,12 +175,13 @@ class Pipeline:
             mount=self._rig.mount,
             least_height=detection.least_height,
             least_pixels=detection.least_pixels,
+            least_fill=detection.least_fill,
             farthest=detection.farthest,
             clearance=detection.clearance,
             sigmas=detection.sigmas,
             unevenness=self.config.ground.unevenness,
             bias=detection.bias,
-            steepest=math.radians(detection.steepest_deg),
+            steepest=math.radians(self.config.ground.steepest_deg),
             bearing_step=math.radians(detection.bearing_step_deg),
         )
 

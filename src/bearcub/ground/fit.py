@@ -11,6 +11,7 @@ References
    Statistics", 1981 (Tukey's biweight).
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,10 +23,12 @@ from bearcub.messages import Float32
 _TRIPLES = 250
 _SCORED = 800  # pixels a proposal is scored on
 _REFINED = 5000  # pixels the refinement uses
-_ANNEAL = (1.0, 0.7, 0.5, 0.5, 0.5)  # assumed noise while the refinement closes in [px]
+_ANNEAL = (0.6, 0.5, 0.4, 0.4)  # assumed noise while the refinement closes in [px]
 _NOISE = (0.1, 0.6)  # least and largest noise of a pixel that the refinement believes [px]
 _BELOW = 0.5  # what a pixel below the plane costs, in supporting pixels
+_NEAR = 0.3  # the floor just ahead reaches to this share of its nearest level
 _HALF_WIDTH = 2.0  # of the way just ahead [m]; ground further aside counts less
+_CLOSE = 0.5  # pixels farther than this share of the nearest level count less
 _BIWEIGHT = 3.5  # Tukey's constant in sigmas
 _CORRELATED = 12.0  # neighbouring pixels of a matcher that err together
 _LOCKING = 0.05  # bias of sub-pixel matching [px], hardware-independent (pixel locking)
@@ -51,8 +54,7 @@ class PlaneFit:
     noise : float
         Robust 1-sigma of a pixel about the plane [px].
     support : float
-        Share of the pixels between the plane's nearest seen level and a quarter of it, not above
-        the plane, that lie on it.
+        Share of the pixels just ahead and not above the plane that lie on it.
     count : int
         Pixels of the image on the plane.
     """
@@ -200,12 +202,14 @@ def _scores(pixels: _Pixels, planes: Float64, bump: float) -> Float64:
     step = max(1, len(pixels.d) // _SCORED)
     uv1, d = pixels.uv1[::step].astype(np.float32), pixels.d[::step].astype(np.float32)
     floor = uv1 @ planes.T.astype(np.float32)
-    tolerance = (1.0 + 2.0 * bump * d)[:, None]
+    tolerance = (0.6 + bump * d)[:, None]
     residual = (d[:, None] - floor) / tolerance
     ahead = floor > 0.5
     support = np.clip(1.0 - residual * residual, 0.0, None)
     below = (residual < -1.5) & ahead
-    total: Float64 = np.where(ahead, support, 0).sum(axis=0) - _BELOW * below.sum(axis=0)
+    # the floor just ahead counts most: what lies beyond may be another one
+    close = np.minimum(1.0, floor / np.float32(_CLOSE * np.percentile(d, 98)))
+    total: Float64 = np.where(ahead, close * (support - _BELOW * below), 0).sum(axis=0)
     return total
 
 
@@ -226,9 +230,10 @@ def _refine(
         floor = pixels.uv1 @ plane
         residual = pixels.d - floor
         width = np.hypot(scale, 0.5 * bump * pixels.d)
-        near = _near(floor, residual, width)
+        near, nearest = _near(floor, residual, width)
         weight = np.where(near, np.clip(1 - (residual / (_BIWEIGHT * width)) ** 2, 0, None), 0) ** 2
         weight *= (scale / width) ** 2 * aside
+        weight *= np.clip(floor / (_CLOSE * nearest), 0, 1) ** 2
         if np.count_nonzero(weight) < 30:
             return None
         weighted = pixels.uv1 * weight[:, None]
@@ -255,14 +260,12 @@ def _weighted_median(values: Float64, weights: Float64) -> float:
 
 def _near(
     floor: Float64, residual: Float64, width: Float64
-) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]":
-    """Tell the pixels of the floor just ahead: from its nearest seen level to a quarter of it."""
+) -> tuple["np.ndarray[tuple[int], np.dtype[np.bool_]]", float]:
+    """Tell the pixels of the floor just ahead, from its nearest seen level outwards."""
     on = (np.abs(residual) < 3 * width) & (floor > 0)
-    if not on.any():
-        return on
-    nearest = np.percentile(floor[on], 98)
-    near: np.ndarray[tuple[int], np.dtype[np.bool_]] = floor > 0.25 * nearest
-    return near
+    nearest = float(np.percentile(floor[on], 98)) if on.any() else math.inf
+    near: np.ndarray[tuple[int], np.dtype[np.bool_]] = floor > _NEAR * nearest
+    return near, nearest
 
 
 def _summary(
@@ -272,7 +275,7 @@ def _summary(
     residual = pixels.d - floor
     width = np.hypot(scale, 0.5 * bump * pixels.d)
     on = np.abs(residual) < 3 * width
-    here = _near(floor, residual, width)
+    here, _ = _near(floor, residual, width)
     normal = (pixels.uv1 * weight[:, None]).T @ pixels.uv1
     each = max(1.0, _CORRELATED / pixels.stride**2)
     covariance = scale**2 * each * np.linalg.inv(normal)

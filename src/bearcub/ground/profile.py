@@ -1,13 +1,185 @@
-"""The longitudinal profile of a floor that bends: ramps, kerbs, crests."""
+"""The longitudinal profile of the floor: how it bends, and how noisy its disparity is by level.
+
+The plane's own disparity is constant along lines of equal depth whatever the roll, so it serves
+as the coordinate "how far ahead". In narrow bins of it the profile is followed outwards from the
+robot by the height at which most pixels of the way lie. It may climb or fall no faster than the
+steepest ground that is still a way; at a step (a kerb, a wall, a drop) it ends, and what lies
+beyond is judged against the floor before it. The spread of the pixels below it, which nothing
+that stands on the floor can disturb, is the noise at that level: matchers are worst far away.
+"""
+
+import math
+from dataclasses import dataclass
 
 import numpy as np
 
-from bearcub.geometry import Float64
+from bearcub.geometry import Float64, Projection
 from bearcub.messages import Float32
+
+_BINS = 48
+_FARTHEST = 1.0  # least disparity of the floor that is followed [px]
+_PIXELS = 12000
+_HALF_WIDTH = 2.0  # of the way ahead [m]
+_LEAST = 12  # pixels of a bin
+_SHARE = 0.3  # of a bin's pixels that must lie on the profile
+_STEP = 0.01  # change of height between neighbouring bins that is no step [m]
+_CORRELATED = 12.0  # neighbouring pixels of a matcher that err together
+_SMALLEST = 0.1  # least noise believed [px]
+_LARGEST = 1.5  # largest noise believed [px]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Profile:
+    """The floor's bend and noise by level; arrays of one length, levels ascending.
+
+    Attributes
+    ----------
+    knots : ndarray of float64, shape (K,)
+        Disparity of the plane [px].
+    bend : ndarray of float64, shape (K,)
+        Disparity of the floor less that of the plane [px].
+    noise : ndarray of float64, shape (K,)
+        1-sigma of a pixel's disparity [px].
+    """
+
+    knots: Float64
+    bend: Float64
+    noise: Float64
 
 
 def follow_floor(
-    disparity: Float32, plane: Float64, *, noise: float, height: float
-) -> tuple[Float64, Float64]:
-    """Placeholder until bend."""
-    return np.zeros(0), np.zeros(0)
+    disparity: Float32,
+    projection: Projection,
+    plane: Float64,
+    *,
+    noise: float,
+    height: float,
+    pitch: float,
+    steepest: float,
+) -> Profile:
+    """Follow the floor outwards from the robot.
+
+    Parameters
+    ----------
+    disparity : ndarray of float32, shape (H, W)
+        [px], NaN unmatched.
+    projection : Projection
+    plane : ndarray of float64, shape (3,)
+        The floor just ahead.
+    noise : float
+        1-sigma of a pixel about that plane [px].
+    height, pitch : float
+        Of the camera against that plane [m], [rad].
+    steepest : float
+        Steepest ground that is followed [rad].
+
+    Returns
+    -------
+    Profile
+        Of length 0 where too little floor is seen.
+    """
+    level, residual, lateral = _samples(disparity, projection, plane)
+    if len(level) < 10 * _LEAST:
+        return Profile(knots=np.zeros(0), bend=np.zeros(0), noise=np.zeros(0))
+    edges = np.geomspace(_FARTHEST, np.percentile(level, 99.5) + 1e-6, _BINS + 1)
+    index = np.searchsorted(edges, level) - 1
+    order = np.argsort(index, kind="stable")
+    starts = np.searchsorted(index[order], np.arange(_BINS + 1))
+    centres = np.sqrt(edges[:-1] * edges[1:])
+    depth = projection.fx * projection.baseline / math.cos(pitch)
+    tracker = _Tracker(height=height, depth=depth, steepest=math.tan(steepest), noise=noise)
+    found = []
+    for k in range(_BINS - 1, -1, -1):
+        here = order[starts[k] : starts[k + 1]]
+        if len(here) >= _LEAST:
+            bend = tracker.advance(float(centres[k]), residual[here], lateral[here])
+            found.append((centres[k], bend, tracker.spread(residual[here] - bend)))
+    knots, bends, noises = np.array(found[::-1]).T
+    return Profile(knots=knots, bend=_smooth(bends), noise=_smooth(noises))
+
+
+def _samples(
+    disparity: Float32, projection: Projection, plane: Float64
+) -> tuple[Float64, Float64, Float64]:
+    """Return the plane's disparity, the residual and the lateral offset [m] on a grid."""
+    rows, columns = disparity.shape
+    stride = max(1, int(math.sqrt(rows * columns / (2 * _PIXELS))))
+    v = np.arange(stride // 2, rows, stride)
+    u = np.arange(stride // 2, columns, stride)
+    d = disparity[v[0] :: stride, u[0] :: stride]
+    level = plane[1] * v[:, None] + (plane[0] * u + plane[2])[None, :]
+    valid = np.isfinite(d) & (level > _FARTHEST)
+    lateral = np.broadcast_to((u - projection.cx)[None, :], d.shape)[valid]
+    level = level[valid]
+    return level, d[valid] - level, lateral * projection.baseline / level
+
+
+class _Tracker:
+    """Where the profile is while it is followed outwards."""
+
+    def __init__(self, *, height: float, depth: float, steepest: float, noise: float) -> None:
+        self._height = height
+        self._depth = depth
+        self._steepest = steepest
+        self._noise = noise
+        self._tail = noise
+        self._lift = 0.0  # height of the profile above the plane [m]
+        self._x: float | None = None
+        self._ended = False
+
+    def advance(self, level: float, residual: Float64, lateral: Float64) -> float:
+        """Move on to the next bin and return the floor's disparity there less the plane's [px]."""
+        expected = self._bend(level, self._lift)
+        if self._ended:
+            return expected
+        way = residual[np.abs(lateral) < _HALF_WIDTH]
+        if len(way) < _LEAST:
+            way = residual
+        x = self._depth / (level + expected)
+        run = 0.0 if self._x is None else max(0.0, x - self._x)
+        rise = self._steepest * run
+        reach = 3.0 * self._noise
+        low = self._bend(level, self._lift - rise) - reach
+        high = self._bend(level, self._lift + rise) + reach
+        on = way[(way > low) & (way < high)]
+        if len(on) < max(_LEAST // 2, _SHARE * len(way)):
+            self._ended = self._ended or self._stepped(way, low, high)
+            return expected
+        middle = float(np.median(on))
+        spread = float(1.4826 * np.median(np.abs(on - middle)))
+        lift = self._height * middle / max(level + middle, 0.1)
+        there = self._depth / max(level + middle, 0.1)
+        doubt = 2.0 * self._height * spread / level * math.sqrt(_CORRELATED / len(on))
+        if self._x is not None:
+            climb = self._steepest * max(0.0, there - self._x) + doubt + _STEP
+            if abs(lift - self._lift) > climb:
+                self._ended = True
+                return expected
+        self._noise = 0.7 * self._noise + 0.3 * float(np.clip(spread, _SMALLEST, _LARGEST))
+        self._lift = lift
+        self._x = there
+        return self._bend(level, lift)
+
+    def _stepped(self, way: Float64, low: float, high: float) -> bool:
+        """Tell whether most of the way has left the floor, to one side."""
+        return float(np.mean(way >= high)) > 1 - _SHARE or float(np.mean(way <= low)) > 1 - _SHARE
+
+    def _bend(self, level: float, lift: float) -> float:
+        """Return the extra disparity [px] of ground that lies `lift` above the plane."""
+        return level * lift / max(self._height - lift, 0.05 * self._height)
+
+    def spread(self, residual: Float64) -> float:
+        """Return the noise told by the pixels below the floor [px]; the last one when few do."""
+        below = -residual[(residual < 0) & (residual > -3 * _LARGEST)]
+        if len(below) >= max(_LEAST // 2, 0.1 * len(residual)):
+            tail = np.percentile(below, 95) / 1.96  # matchers' errors have heavy tails
+            self._tail = float(np.clip(tail, _SMALLEST, _LARGEST))
+        return self._tail
+
+
+def _smooth(values: Float64) -> Float64:
+    """Average each value with its neighbours, the ends kept."""
+    if len(values) < 3:
+        return values
+    inner = 0.25 * values[:-2] + 0.5 * values[1:-1] + 0.25 * values[2:]
+    return np.concatenate([values[:1], inner, values[-1:]])

@@ -29,6 +29,8 @@ class GroundStage:
         1-sigma of the expected roll and pitch without and with a tilt reading [rad].
     unevenness : float
         Height of bumps that are still floor [m].
+    steepest : float
+        Steepest ground that is still floor [rad].
     least_support, least_share : float
         A floor is seen when at least this share of the pixels that could be floor, and this
         share of the image, lies on it.
@@ -43,6 +45,7 @@ class GroundStage:
     sigma_mount: float
     sigma_tilt: float
     unevenness: float
+    steepest: float
     least_support: float
     least_share: float
     noise: float
@@ -110,8 +113,14 @@ class GroundStage:
         attitude = Attitude(pitch=float(values[1]), roll=float(values[2]))
         plane = self.projection.plane(height=float(values[0]), down=attitude.down())
         jacobian = _plane_jacobian(self.projection, values)
-        knots, bend = follow_floor(
-            disparity.disparity, plane, noise=fit.noise, height=float(values[0])
+        profile = follow_floor(
+            disparity.disparity,
+            self.projection,
+            plane,
+            noise=fit.noise,
+            height=float(values[0]),
+            pitch=attitude.pitch,
+            steepest=self.steepest,
         )
         sigma = np.sqrt(np.diag(covariance))
         return Ground(
@@ -128,8 +137,9 @@ class GroundStage:
             seen=True,
             residual=fit.noise,
             tilt_disagreement=_angle(prior, measured) if prior.tilted else math.nan,
-            knots=knots,
-            bend=bend,
+            knots=profile.knots,
+            bend=profile.bend,
+            knot_noise=profile.noise,
         )
 
 

@@ -32,16 +32,43 @@ def floor_disparity(ground: Ground, shape: tuple[int, int]) -> Float32:
 
 def _bend(ground: Ground, plane: Float32) -> Float32:
     """Look the bend up by the plane's own disparity, in steps of a sixteenth of a pixel."""
-    table = bend_at(ground, np.arange(0, max(1.0, float(plane.max())) + 1.0, 1 / 16))
-    index = np.clip(plane * 16.0, 0, len(table) - 1).astype(np.int32)
+    return _look_up(ground.knots, ground.bend, plane)
+
+
+def _look_up(knots: Float64, values: Float64, level: Float32) -> Float32:
+    """Interpolate `values` at every pixel through a table with sixteen steps per pixel."""
+    steps = np.arange(0, max(1.0, float(level.max())) + 1.0, 1 / 16)
+    table = np.interp(steps, knots, values).astype(np.float32)
+    return table[np.clip(level * 16.0, 0, len(table) - 1).astype(np.int32)]
+
+
+def tolerance(ground: Ground, floor: Float32, *, sigmas: float, unevenness: float) -> Float32:
+    """Return how far from the floor a pixel's disparity may lie and still be floor [px].
+
+    `sigmas` times the noise at that level and the floor's own uncertainty, and the bumps that
+    still are floor: a bump H high adds ``d H / h`` to the disparity d.
+
+    Parameters
+    ----------
+    ground : Ground
+    floor : ndarray of float32, shape (H, W)
+        Its disparity.
+    sigmas : float
+    unevenness : float
+        [m].
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W)
+    """
+    own = floor_sigma(ground, floor.shape)
+    steps = np.arange(0, max(1.0, float(floor.max())) + 1.0, 1 / 16)
+    noise = np.full_like(steps, ground.noise)
+    if len(ground.knots):
+        noise = np.interp(steps, ground.knots + ground.bend, ground.knot_noise)
+    table = sigmas * np.hypot(noise, own) + unevenness / ground.height * steps
+    index = np.clip(floor * 16.0, 0, len(steps) - 1).astype(np.int32)
     return table.astype(np.float32)[index]
-
-
-def bend_at(ground: Ground, plane_disparity: Float64) -> Float64:
-    """Return what the bend adds [px] where the plane's own disparity is `plane_disparity`."""
-    if len(ground.knots) == 0:
-        return np.zeros_like(plane_disparity)
-    return np.interp(plane_disparity, ground.knots, ground.bend)
 
 
 def floor_sigma(ground: Ground, shape: tuple[int, int]) -> float:

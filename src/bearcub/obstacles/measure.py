@@ -35,7 +35,10 @@ class View:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Extent:
-    """The size and place of one thing; see `messages.Obstacle` for the meaning."""
+    """The size and place of one thing; see `messages.Obstacle` for the meaning.
+
+    `fill` is the share of its outline (width times height) that its pixels cover.
+    """
 
     x: float
     y: float
@@ -44,6 +47,7 @@ class Extent:
     width: float
     top: float
     bottom: float
+    fill: float
     sigma_distance: float
     sigma_bearing: float
     sigma_width: float
@@ -51,7 +55,14 @@ class Extent:
 
 
 def measure(
-    view: View, u: Float64, v: Float64, disparity: Float32, *, noise: float, bias: float
+    view: View,
+    u: Float64,
+    v: Float64,
+    disparity: Float32,
+    *,
+    noise: float,
+    bias: float,
+    fattening: float,
 ) -> Extent:
     """Measure one thing from its pixels.
 
@@ -66,6 +77,8 @@ def measure(
         1-sigma of a pixel's disparity [px], independent between patches.
     bias : float
         1-sigma of the error that all its pixels share [px].
+    fattening : float
+        How far the matcher carried the thing past its edges [px].
 
     Returns
     -------
@@ -76,6 +89,8 @@ def measure(
     reach = np.hypot(p[:, 0], p[:, 1])
     pixel = 1.0 / view.projection.fx
     left, right = _ends(bearing, pixel)
+    edge = min(fattening * pixel, 0.4 * (right - left))
+    left, right = left + edge, right - edge
     centre = 0.5 * (left + right)
     ranges, bearings, counts = _near_face(bearing, reach, left, right, pixel)
     nearest = int(np.argmin(ranges))
@@ -84,8 +99,10 @@ def measure(
     spread = math.sqrt(noise**2 * _BLOCK / max(counts[nearest], _BLOCK) + bias**2)
     sigma_distance = distance * spread / d_near
     width = _chord(ranges, left, right)
-    edge = math.hypot(0.7 * pixel, 0.0)
-    low, high = _ends(p[:, 2], float(np.median(reach)) * pixel)
+    edge = math.hypot(0.7, 0.5 * fattening) * pixel
+    row = float(np.median(reach)) * pixel
+    low, high = _ends(p[:, 2], row)
+    high = max(high - fattening * row, low + row)
     drop = abs(view.origin[2] - high)
     return Extent(
         x=distance * math.cos(bearings[nearest]),
@@ -95,6 +112,7 @@ def measure(
         width=width,
         top=high,
         bottom=low,
+        fill=float(np.sum((reach * pixel) ** 2)) / max(width * (high - low), 1e-6),
         sigma_distance=sigma_distance,
         sigma_bearing=edge / math.sqrt(2),
         sigma_width=math.hypot(math.sqrt(2) * edge * distance, width * spread / d_near),
@@ -114,14 +132,23 @@ def _ends(values: Float64, step: float) -> tuple[float, float]:
     counts = np.append(counts, 0.0)
     typical = float(np.percentile(counts[counts > 0], 75))
     threshold = max(_EDGE * typical, 0.5)
-    above = np.flatnonzero(counts >= threshold)
-    first, last = int(above[0]), int(above[-1])
-    before, after = counts[first - 1], counts[last + 1] if last + 1 < len(counts) else 0.0
+    first, last = _main_run(counts, threshold)
     # the edge bin is partly covered: its share of the typical count is the covered part
     low = start + (first + 1 - min(1.0, counts[first] / typical)) * step
     high = start + (last + min(1.0, counts[last] / typical)) * step
-    del before, after
     return low, high
+
+
+def _main_run(counts: Float64, threshold: float) -> tuple[int, int]:
+    """Return the first and last bin of the fullest run of bins above `threshold`.
+
+    Small gaps belong to a run: matches fail on parts of a thing.
+    """
+    above = np.flatnonzero(counts >= threshold)
+    gap = max(4, len(above) // 4)
+    runs = np.split(above, np.flatnonzero(np.diff(above) > gap) + 1)
+    fullest = max(runs, key=lambda run: float(counts[run].sum()))
+    return int(fullest[0]), int(fullest[-1])
 
 
 def _near_face(

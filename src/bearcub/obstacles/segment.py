@@ -34,7 +34,7 @@ def segment(
     least_height: float,
     nearest_level: float,
     farthest_level: float,
-    gap_columns: int = 3,
+    gap_columns: int = 5,
 ) -> Segments:
     """Group standing pixels into things by connected peaks of the column histogram.
 

@@ -12,7 +12,7 @@ from bearcub.geometry import (
     base_from_optical,
     forward_in_camera,
 )
-from bearcub.ground.surface import floor_disparity, floor_sigma
+from bearcub.ground.surface import floor_disparity, tolerance
 from bearcub.messages import (
     Bool,
     DisparityMap,
@@ -58,6 +58,8 @@ class ObstacleStage:
         Lowest thing that is reported [m].
     least_pixels : int
         Smallest thing that is reported [px].
+    least_fill : float
+        Share of its outline that a thing's pixels must cover.
     farthest : float
         How far to look [m].
     clearance : float
@@ -78,6 +80,7 @@ class ObstacleStage:
     mount: Mount
     least_height: float
     least_pixels: int
+    least_fill: float
     farthest: float
     clearance: float
     sigmas: float
@@ -114,7 +117,7 @@ class ObstacleStage:
             nearest_level=min(disparity.largest, 0.5 * d.shape[1]),
             farthest_level=self.projection.fx * self.projection.baseline / self.farthest,
         )
-        obstacles, labels = self._obstacles(d, segments, view, ground)
+        obstacles, labels = self._obstacles(disparity, segments, view, ground)
         holes, hole_labels = find_holes(
             d, floor, below, labels, view, ground, sigmas=self.sigmas, farthest=self.farthest
         )
@@ -148,25 +151,24 @@ class ObstacleStage:
 
     def _sort(self, d: Float32, floor: Float32, ground: Ground) -> tuple[Bool, Bool, Bool]:
         """Tell pixels above, on and below the floor; the tolerance comes from the noise."""
-        constant = self.sigmas * math.hypot(ground.noise, floor_sigma(ground, d.shape))
-        tolerance = np.float32(1.5 * self.unevenness / ground.height) * d
-        tolerance += np.float32(constant)
+        allowed = tolerance(ground, floor, sigmas=self.sigmas, unevenness=1.5 * self.unevenness)
         residual = d - floor
         with np.errstate(invalid="ignore"):  # NaN compares false
-            standing = residual > tolerance
-            below = (residual < -tolerance) & (floor > 0)
-            on_floor = (np.abs(residual) <= tolerance) & (floor > 0)
+            standing = residual > allowed
+            below = (residual < -allowed) & (floor > 0)
+            on_floor = (np.abs(residual) <= allowed) & (floor > 0)
         return standing, on_floor, below
 
     def _obstacles(
-        self, d: Float32, segments: Segments, view: View, ground: Ground
+        self, disparity: DisparityMap, segments: Segments, view: View, ground: Ground
     ) -> tuple[tuple[Obstacle, ...], Int32]:
         """Measure every segment; number those that count from the nearest."""
+        d = disparity.disparity
         found = []
         for number, (first, last) in enumerate(segments.spans, start=1):
             v, u = np.nonzero(segments.labels[:, first : last + 1] == number)
-            if len(u) < self.least_pixels:
-                continue
+            if len(u) < self.least_pixels or last - first < 2 * disparity.fattening:
+                continue  # a matcher's window alone makes a thing as wide as itself
             u += first
             extent = measure(
                 view,
@@ -175,8 +177,9 @@ class ObstacleStage:
                 d[v, u],
                 noise=ground.noise,
                 bias=self.bias,
+                fattening=disparity.fattening,
             )
-            if extent.top >= self.least_height and extent.distance <= self.farthest:
+            if self._counts(extent, len(u)):
                 found.append((extent, number, _box(u, v), len(u)))
         found.sort(key=lambda item: item[0].distance)
         renumber = np.zeros(len(segments.spans) + 1, dtype=np.int32)
@@ -185,6 +188,18 @@ class ObstacleStage:
             renumber[number] = identity
             obstacles.append(self._obstacle(identity, extent, box, pixels, d.shape))
         return tuple(obstacles), renumber[segments.labels]
+
+    def _counts(self, extent: Extent, pixels: int) -> bool:
+        """Tell a thing from stray matches: those fill little of their outline or hang in the sky."""
+        if extent.top < self.least_height or extent.distance > self.farthest:
+            return False
+        if self._hangs(extent):
+            return pixels > 10 * self.least_pixels and extent.fill > 2 * self.least_fill
+        return extent.fill > self.least_fill
+
+    def _hangs(self, extent: Extent) -> bool:
+        """Tell what hangs; the tolerance hides the foot of what stands on the floor."""
+        return extent.bottom > 2 * self.least_height + 3 * self.unevenness
 
     def _obstacle(
         self,
@@ -197,8 +212,6 @@ class ObstacleStage:
         cut = _cut(box, shape)
         weight = min(6.0, math.log(pixels / self.least_pixels) + 0.5)
         remark = f"; cut by the image's {' and '.join(cut)} border" if cut else ""
-        # the tolerance hides the foot of what stands on the floor
-        hanging = extent.bottom > 2 * self.least_height + 3 * self.unevenness
         return Obstacle(
             id=identity,
             x=extent.x,
@@ -207,7 +220,7 @@ class ObstacleStage:
             bearing=extent.bearing,
             width=extent.width,
             height=extent.top,
-            base_height=extent.bottom if hanging else 0.0,
+            base_height=extent.bottom if self._hangs(extent) else 0.0,
             sigma_distance=extent.sigma_distance,
             sigma_bearing=extent.sigma_bearing,
             sigma_width=math.nan if {"left", "right"} & set(cut) else extent.sigma_width,

@@ -28,7 +28,15 @@ class Matcher(Protocol):
     ----------
     smallest, largest : float
         The disparities it can report [px], ``u_left - u_right`` as measured.
+    fattening : float
+        How far it carries a near surface's disparity past its edges [px]: a window that sees a
+        near edge at all takes its disparity, so half a block.
     """
+
+    @property
+    def fattening(self) -> float:
+        """How far a near surface grows past its edges [px]."""
+        ...
 
     @property
     def smallest(self) -> float:
@@ -104,6 +112,7 @@ class SgbmMatcher:
         left_right: float = 1.0,
     ) -> None:
         self._search = search
+        self._block_size = block_size
         self._core = cv2.StereoSGBM.create(
             minDisparity=search.smallest,
             numDisparities=search.count,
@@ -116,6 +125,11 @@ class SgbmMatcher:
             speckleWindowSize=0,  # speckles are the gates' business, after the texture's
             mode=cv2.STEREO_SGBM_MODE_SGBM_3WAY,
         )
+
+    @property
+    def fattening(self) -> float:
+        """How far a near surface grows past its edges [px]: half a block."""
+        return self._block_size // 2
 
     @property
     def smallest(self) -> float:
@@ -156,10 +170,16 @@ class BmMatcher:
         left_right: float = 1.0,
     ) -> None:
         self._search = search
+        self._block_size = max(block_size | 1, 9)
         self._left_right = left_right
-        self._core = cv2.StereoBM.create(search.count, max(block_size | 1, 9))
+        self._core = cv2.StereoBM.create(search.count, self._block_size)
         self._core.setMinDisparity(search.smallest)
         self._core.setUniquenessRatio(uniqueness)
+
+    @property
+    def fattening(self) -> float:
+        """How far a near surface grows past its edges [px]: half a block."""
+        return self._block_size // 2
 
     @property
     def smallest(self) -> float:
@@ -191,6 +211,8 @@ class CallableMatcher:
         infinite where unmatched.
     smallest, largest : float
         The disparities it can report [px].
+    fattening : float
+        How far it carries a near surface past its edges [px].
 
     Examples
     --------
@@ -205,10 +227,12 @@ class CallableMatcher:
         *,
         smallest: float = 0.0,
         largest: float = math.inf,
+        fattening: float = 0.0,
     ) -> None:
         self._function = function
         self.smallest = smallest
         self.largest = largest
+        self.fattening = fattening
 
     def __call__(self, left: UInt8, right: UInt8) -> Float32:
         """Return the disparity of each left pixel [px], NaN where unmatched.

@@ -13,6 +13,7 @@ from bearcub.stereo.epipolar import epipolar_offset
 from bearcub.stereo.gates import gate
 from bearcub.stereo.images import grey
 from bearcub.stereo.matchers import BmMatcher, Matcher, SgbmMatcher
+from bearcub.stereo.refine import refine
 from bearcub.stereo.search import search_range
 
 _MANY = 0.6  # share of matched pixels that no swapped pair has
@@ -33,6 +34,8 @@ class StereoStage:
         Least RMS gradient that counts as texture [grey levels].
     speckle_area : int
         Smallest connected patch that is kept [px].
+    sharpen : bool
+        Register every window once more for an unbiased fraction of a pixel.
     align : bool
         Measure the pair's vertical misalignment, too.
     """
@@ -45,6 +48,7 @@ class StereoStage:
         agreement: float = 0.65,
         contrast: float = 0.5,
         speckle_area: int = 100,
+        sharpen: bool = True,
         align: bool = True,
     ) -> None:
         self._matcher = matcher
@@ -52,6 +56,7 @@ class StereoStage:
         self._agreement = agreement
         self._contrast = contrast
         self._speckle_area = speckle_area
+        self._refine = sharpen
         self._align = align
         self._order_settled = False
 
@@ -74,6 +79,7 @@ class StereoStage:
             agreement=matching.agreement,
             contrast=matching.contrast,
             speckle_area=matching.speckle_area,
+            sharpen=matching.sharpen,
             align=align,
         )
 
@@ -111,6 +117,8 @@ class StereoStage:
         )
         if not self._order_settled:
             self._order_settled = self._check_order(left, right, disparity)
+        if self._refine:
+            disparity = refine(left, right, disparity)
         offset = epipolar_offset(left, right, disparity) if self._align else math.nan
         return _adjusted(
             disparity,
@@ -118,6 +126,7 @@ class StereoStage:
             smallest=self._matcher.smallest + self._doffs,
             largest=self._matcher.largest + self._doffs,
             offset=offset,
+            fattening=self._matcher.fattening,
         )
 
     def _check_order(self, left: UInt8, right: UInt8, disparity: Float32) -> bool:
@@ -154,11 +163,19 @@ def from_disparity(
     measured = as_disparity(disparity, name=name)
     measured = np.where(np.isfinite(measured), measured, np.float32(np.nan))
     check_disparity(measured + np.float32(doffs), name=name)
-    return _adjusted(measured, doffs=doffs, smallest=0.0, largest=math.inf, offset=math.nan)
+    return _adjusted(
+        measured, doffs=doffs, smallest=0.0, largest=math.inf, offset=math.nan, fattening=0.0
+    )
 
 
 def _adjusted(
-    disparity: Float32, *, doffs: float, smallest: float, largest: float, offset: float
+    disparity: Float32,
+    *,
+    doffs: float,
+    smallest: float,
+    largest: float,
+    offset: float,
+    fattening: float,
 ) -> DisparityMap:
     """Add `doffs`; what then lies up to a pixel beyond infinity is infinity, else no match."""
     adjusted = disparity + np.float32(doffs)
@@ -172,4 +189,5 @@ def _adjusted(
         largest=largest,
         valid_share=float(np.count_nonzero(np.isfinite(adjusted)) / adjusted.size),
         epipolar_offset=offset,
+        fattening=fattening,
     )
