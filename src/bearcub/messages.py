@@ -73,6 +73,10 @@ class DisparityMap:
         Measured vertical misalignment of the pair [px], right image lower positive; NaN unknown.
     fattening : float
         How far the matcher carries a near surface's disparity past its edges [px].
+    left, right : ndarray of uint8, shape (H, W), or None
+        The grey pair it was matched from, rectified.
+    offset : float
+        What was added to the matched disparity, ``cx_right - cx_left`` [px].
     """
 
     disparity: Float32
@@ -81,6 +85,9 @@ class DisparityMap:
     valid_share: float = math.nan
     epipolar_offset: float = math.nan
     fattening: float = 0.0
+    left: UInt8 | None = None
+    right: UInt8 | None = None
+    offset: float = 0.0
 
 
 class Pixel(IntEnum):

@@ -95,7 +95,7 @@ def follow_floor(
             bend = tracker.advance(float(centres[k]), residual[here], lateral[here])
             found.append((centres[k], bend, tracker.spread(residual[here] - bend)))
     knots, bends, noises = np.array(found[::-1]).T
-    return Profile(knots=knots, bend=_smooth(bends), noise=_smooth(noises))
+    return Profile(knots=knots, bend=_smooth(bends), noise=_never_better_far(noises))
 
 
 def _samples(
@@ -175,6 +175,16 @@ class _Tracker:
             tail = np.percentile(below, 95) / 1.96  # matchers' errors have heavy tails
             self._tail = float(np.clip(tail, _SMALLEST, _LARGEST))
         return self._tail
+
+
+def _never_better_far(noises: Float64) -> Float64:
+    """Hold near noise down to what is seen farther away, where a matcher is no better.
+
+    A hole lies below the floor as noise does; unlike noise it is there in few bins only.
+    """
+    padded = np.pad(noises, 3, mode="edge")
+    typical = np.median(np.lib.stride_tricks.sliding_window_view(padded, 7), axis=1)
+    return np.minimum(_smooth(noises), 1.5 * np.minimum.accumulate(typical))
 
 
 def _smooth(values: Float64) -> Float64:

@@ -1,22 +1,307 @@
-"""Holes: ground that is missing."""
+"""Holes: ground that is missing, as a pit that ends or a drop beyond which no floor is seen.
 
+A pixel that looks through the floor has less disparity than the floor there: it sees the far wall
+or the bottom of a pit. A line of sight over the near lip at range R of a pit w long meets the far
+wall at the depth ``h w / R`` (h the camera's height), so no more of the depth than that can be
+seen: a depth close to it is a lower bound [1]_. A reflection in a shiny floor has the same
+disparities as a pit before the foot of what it mirrors; the mirrored thing stands directly above
+it without floor between, and that tells them apart.
+
+References
+----------
+.. [1] L. Matthies, A. Rankin: "Negative obstacle detection by thermal signature", IROS 2003;
+   the geometry of the visible far wall.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import cv2
 import numpy as np
 
+from bearcub.geometry import Float64
+from bearcub.ground.surface import tolerance
 from bearcub.messages import Bool, Float32, Ground, Hole, Int32
 from bearcub.obstacles.measure import View
+from bearcub.obstacles.verify import Witness
+
+_LEAST_PIXELS = 60
+_LEAST_COLUMNS = 8
+_LEAST_ROWS = 3
+_RIM = 0.25  # share of a pit's depth at which its rim is taken
+_RIM_SIGMAS = 1.5  # ... but no closer to the floor than this many sigmas of noise
+_EDGE_ROWS = 6  # rows searched beyond a rim for what borders it
+_VISIBLE = 0.8  # share of the visible depth from which on the bottom may be out of sight
+_IMPOSSIBLE = 1.6  # times the visible depth, which its own errors allow for
+_RESUMED = 0.4  # of the tolerance: floor that lies lower still belongs to the drop
+_CLOSING = np.ones((7, 7), dtype=np.uint8)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Scene:
+    """Everything a hole is judged against."""
+
+    disparity: Float32
+    floor: Float32
+    residual: Float32
+    allowed: Float32
+    on_floor: Bool
+    labels: Int32
+    view: View
+    ground: Ground
+
+    def floor_points(self, u: Float64, v: Float64) -> Float64:
+        """Return where the floor at these pixels lies, shape (N, 3) [m]."""
+        at = self.floor[v.astype(int), u.astype(int)].astype(np.float64)
+        return self.view.points(u, v, np.maximum(at, 1e-3))
 
 
 def find_holes(
     disparity: Float32,
     floor: Float32,
     below: Bool,
+    on_floor: Bool,
     labels: Int32,
     view: View,
     ground: Ground,
     *,
     sigmas: float,
+    unevenness: float,
     farthest: float,
+    witness: Witness | None,
+    offset: float,
 ) -> tuple[tuple[Hole, ...], Int32]:
-    """Find pits and drops (to come)."""
-    del disparity, floor, below, view, ground, sigmas, farthest
-    return (), np.zeros_like(labels)
+    """Find pits and drops.
+
+    Parameters
+    ----------
+    disparity, floor : ndarray of float32, shape (H, W)
+        [px].
+    below, on_floor : ndarray of bool, shape (H, W)
+        Pixels below and on the floor.
+    labels : ndarray of int32, shape (H, W)
+        Obstacles, to tell reflections.
+    view : View
+    ground : Ground
+    sigmas, unevenness : float
+        Of the tolerance that made `below`.
+    farthest : float
+        [m].
+    witness : Witness or None
+        The images, to ask again.
+    offset : float
+        In the disparity, not in the images [px].
+
+    Returns
+    -------
+    holes : tuple of Hole
+        Nearest first.
+    labels : ndarray of int32, shape (H, W)
+        -1, -2, ... for their pixels in that order, else 0.
+    """
+    numbered = np.zeros_like(labels)
+    if not ground.seen or np.count_nonzero(below) < _LEAST_PIXELS:
+        return (), numbered
+    scene = _Scene(
+        disparity=disparity,
+        floor=floor,
+        residual=disparity - floor,
+        allowed=tolerance(ground, floor, sigmas=sigmas, unevenness=unevenness),
+        on_floor=on_floor,
+        labels=labels,
+        view=view,
+        ground=ground,
+    )
+    level = view.projection.fx * view.projection.baseline / farthest
+    noise = tolerance(ground, floor, sigmas=1.0, unevenness=0.0)
+    found = []
+    for region in _regions(below & (floor > level), scene, noise):
+        hole = _judge(region, scene, sigmas)
+        if hole is not None and _confirmed(region, scene, witness, offset):
+            found.append((hole, region))
+    found.sort(key=lambda item: item[0].distance)
+    for number, (_, region) in enumerate(found, start=1):
+        numbered[region.rows, region.columns][region.mask] = -number
+    return tuple(hole for hole, _ in found), numbered
+
+
+def _confirmed(region: "_Region", scene: _Scene, witness: Witness | None, offset: float) -> bool:
+    """Ask the images whether the region's disparities explain them better than the floor's."""
+    if witness is None:
+        return True
+    v, u = np.nonzero(region.mask)
+    v, u = v + region.rows.start, u + region.columns.start
+    shift = np.float32(offset)
+    return witness.supports(u, v, scene.disparity[v, u] - shift, scene.floor[v, u] - shift)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Region:
+    """A connected part of the image that looks through the floor, in a window of the image."""
+
+    rows: slice
+    columns: slice
+    mask: Bool
+
+
+def _regions(below: Bool, scene: _Scene, noise: Float32) -> Iterator[_Region]:
+    """Yield connected regions grown from `below` to the rim."""
+    height, width = below.shape
+    closed = cv2.morphologyEx(below.astype(np.uint8), cv2.MORPH_CLOSE, _CLOSING)
+    count, parts, stats, _ = cv2.connectedComponentsWithStats(closed, connectivity=8)
+    for number in range(1, count):
+        left, top, wide, high, area = (int(value) for value in stats[number])
+        if area < _LEAST_PIXELS or wide < _LEAST_COLUMNS or high < _LEAST_ROWS:
+            continue
+        margin = max(8, wide // 3, high // 2)
+        rows = slice(max(0, top - margin), min(height, top + high + margin))
+        columns = slice(max(0, left - margin), min(width, left + wide + margin))
+        seed = parts[rows, columns] == number
+        residual = scene.residual[rows, columns]
+        strong = seed & below[rows, columns]
+        if np.count_nonzero(strong) < 0.3 * area:
+            continue
+        depth = float(-np.percentile(residual[strong], 10))
+        rim = np.maximum(_RIM * depth, _RIM_SIGMAS * noise[rows, columns])
+        with np.errstate(invalid="ignore"):
+            weak = residual < -rim
+        weak |= _small_gaps(np.isnan(residual), largest=area)
+        yield _Region(rows=rows, columns=columns, mask=_grown(seed, weak))
+
+
+def _small_gaps(unmatched: Bool, *, largest: int) -> Bool:
+    """Return the unmatched patches no larger than the hole itself: shade and hidden sides."""
+    _, parts, stats, _ = cv2.connectedComponentsWithStats(
+        unmatched.astype(np.uint8), connectivity=8
+    )
+    small = stats[:, cv2.CC_STAT_AREA] <= largest
+    small[0] = False
+    gaps: Bool = small[parts]
+    return gaps
+
+
+def _grown(seed: Bool, weak: Bool) -> Bool:
+    """Return the part of `weak` (closed) that touches the seed, with the seed."""
+    either = cv2.morphologyEx((weak | seed).astype(np.uint8), cv2.MORPH_CLOSE, _CLOSING[:5, :5])
+    _, parts = cv2.connectedComponents(either, connectivity=4)
+    wanted = np.bincount(parts[seed], minlength=parts.max() + 1)
+    wanted[0] = 0
+    grown: Bool = parts == int(np.argmax(wanted))
+    return grown
+
+
+def _judge(region: _Region, scene: _Scene, sigmas: float) -> Hole | None:
+    """Tell whether a region is a hole, and measure it."""
+    mask = region.mask
+    counts = mask.sum(axis=0)
+    inside = np.flatnonzero(counts >= _LEAST_ROWS)
+    if len(inside) < _LEAST_COLUMNS:
+        return None
+    top = mask.argmax(axis=0)[inside] + region.rows.start
+    bottom = mask.shape[0] - 1 - mask[::-1].argmax(axis=0)[inside] + region.rows.start
+    u = inside + region.columns.start
+    near_floor = _borders(scene.on_floor, u, bottom, +1)
+    with np.errstate(invalid="ignore"):
+        resumed = scene.on_floor & (scene.residual > -_RESUMED * scene.allowed)
+    far_floor = _borders(resumed, u, top, -1)
+    standing = _borders(scene.labels > 0, u, top, -1)
+    if near_floor.mean() < 0.5 or (standing & ~far_floor).mean() > 0.5:
+        return None
+    pit = far_floor.mean() >= 0.5
+    if not pit and not _falls_at_once(scene, u, bottom, sigmas):
+        return None
+    return _measure(region, scene, u, top, bottom, pit=bool(pit))
+
+
+def _borders(
+    what: Bool,
+    u: "np.ndarray[tuple[int], np.dtype[np.int64]]",
+    v: "np.ndarray[tuple[int], np.dtype[np.int64]]",
+    way: int,
+) -> Bool:
+    """Tell for each column whether `what` is found within a few rows beyond row v."""
+    rows = np.clip(v[None, :] + way * np.arange(1, _EDGE_ROWS + 1)[:, None], 0, what.shape[0] - 1)
+    found: Bool = what[rows, u[None, :]].sum(axis=0) >= _EDGE_ROWS // 3
+    return found
+
+
+def _falls_at_once(
+    scene: _Scene,
+    u: "np.ndarray[tuple[int], np.dtype[np.int64]]",
+    bottom: "np.ndarray[tuple[int], np.dtype[np.int64]]",
+    sigmas: float,
+) -> bool:
+    """Tell a drop from ground that only slopes away: the disparity falls off at the lip."""
+    rows = np.clip(bottom[None, :] - np.arange(2, 2 + _EDGE_ROWS)[:, None], 0, None)
+    fall = -scene.residual[rows, u[None, :]]
+    allowed = tolerance(scene.ground, scene.floor, sigmas=sigmas, unevenness=0.0)[bottom, u]
+    with np.errstate(invalid="ignore"):
+        fell = np.nanmedian(np.where(np.isnan(fall), 0.0, fall), axis=0) > 2 * allowed
+    return bool(fell.mean() > 0.6)
+
+
+def _measure(
+    region: _Region,
+    scene: _Scene,
+    u: "np.ndarray[tuple[int], np.dtype[np.int64]]",
+    top: "np.ndarray[tuple[int], np.dtype[np.int64]]",
+    bottom: "np.ndarray[tuple[int], np.dtype[np.int64]]",
+    *,
+    pit: bool,
+) -> Hole | None:
+    view, ground = scene.view, scene.ground
+    near = scene.floor_points(u.astype(float), bottom + 0.5)
+    reach = np.hypot(near[:, 0], near[:, 1])
+    first = int(np.argmin(reach))
+    distance = float(np.percentile(reach, 5))
+    bearings = np.arctan2(near[:, 1], near[:, 0])
+    left, right = float(bearings.max()), float(bearings.min())
+    pixel = 1.0 / view.projection.fx
+    across = (left - right + pixel) * float(np.median(reach))
+    far = scene.floor_points(u.astype(float), np.maximum(top - 0.5, 0))
+    span = np.hypot(far[:, 0], far[:, 1]) - reach
+    length = float(np.percentile(span, 75)) if pit else math.nan
+    depth, shown = _depth(region, scene)
+    if depth <= 0.0:
+        return None
+    visible = ground.height * max(length, 0.0) / max(distance, 1e-6) if pit else math.inf
+    if depth > _IMPOSSIBLE * visible:
+        return None  # no line of sight reaches so deep: a wrong match
+    level = view.projection.fx * view.projection.baseline / max(distance, 1e-6)
+    step = distance * distance * pixel / ground.height  # of the floor per row [m]
+    return Hole(
+        x=float(near[first, 0]),
+        y=float(near[first, 1]),
+        distance=distance,
+        bearing=0.5 * (left + right),
+        width=across,
+        length=length,
+        depth=depth,
+        depth_is_lower_bound=(pit and depth > _VISIBLE * visible) or not pit,
+        kind="pit" if pit else "drop",
+        sigma_distance=math.hypot(2 * step, distance * ground.noise / level / 4),
+        sigma_width=3 * pixel * distance,
+        sigma_length=3 * step if pit else math.nan,
+        sigma_depth=math.hypot(
+            ground.height * ground.noise / level / math.sqrt(max(shown / 25, 1)),
+            distance * ground.sigma_pitch,
+        ),
+        confidence=1 - math.exp(-shown / (4 * _LEAST_PIXELS)),
+        box=(int(u.min()), int(top.min()), int(u.max()), int(bottom.max())),
+        pixels=int(np.count_nonzero(region.mask)),
+    )
+
+
+def _depth(region: _Region, scene: _Scene) -> tuple[float, int]:
+    """Return how deep the region's near half lies below the floor [m], and its pixel count."""
+    v, u = np.nonzero(region.mask)
+    v, u = v + region.rows.start, u + region.columns.start
+    d = scene.disparity[v, u].astype(np.float64)
+    seen = np.isfinite(d) & (d > 0)
+    if np.count_nonzero(seen) < _LEAST_PIXELS // 2:
+        return 0.0, 0
+    d, level = d[seen], scene.floor[v, u][seen].astype(np.float64)
+    near = d >= np.median(d)  # the farther half is noisier and, in a drop, no part of the lip
+    lifts = scene.ground.height * (1 - level[near] / d[near])
+    return float(-np.percentile(lifts, 10)), int(np.count_nonzero(seen))

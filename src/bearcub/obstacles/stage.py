@@ -32,7 +32,10 @@ from bearcub.obstacles.holes import find_holes
 from bearcub.obstacles.measure import Extent, View, measure
 from bearcub.obstacles.segment import Segments, segment
 from bearcub.obstacles.terrain import lie_of_the_land
+from bearcub.obstacles.verify import Witness
 from bearcub.rig.model import Mount
+
+_LARGE = 8000  # pixels of a thing that needs no second look at the images
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,9 +120,21 @@ class ObstacleStage:
             nearest_level=min(disparity.largest, 0.5 * d.shape[1]),
             farthest_level=self.projection.fx * self.projection.baseline / self.farthest,
         )
-        obstacles, labels = self._obstacles(disparity, segments, view, ground)
+        witness = Witness.of(disparity)
+        obstacles, labels = self._obstacles(disparity, floor, segments, view, ground, witness)
         holes, hole_labels = find_holes(
-            d, floor, below, labels, view, ground, sigmas=self.sigmas, farthest=self.farthest
+            d,
+            floor,
+            below,
+            on_floor,
+            labels,
+            view,
+            ground,
+            sigmas=self.sigmas,
+            unevenness=1.5 * self.unevenness,
+            farthest=self.farthest,
+            witness=witness,
+            offset=disparity.offset,
         )
         labels = np.where(hole_labels < 0, hole_labels, labels) if holes else labels
         layers = Layers(disparity=d, floor=floor, kind=_kinds(d, on_floor, labels), labels=labels)
@@ -160,7 +175,13 @@ class ObstacleStage:
         return standing, on_floor, below
 
     def _obstacles(
-        self, disparity: DisparityMap, segments: Segments, view: View, ground: Ground
+        self,
+        disparity: DisparityMap,
+        floor: Float32,
+        segments: Segments,
+        view: View,
+        ground: Ground,
+        witness: Witness | None,
     ) -> tuple[tuple[Obstacle, ...], Int32]:
         """Measure every segment; number those that count from the nearest."""
         d = disparity.disparity
@@ -179,7 +200,11 @@ class ObstacleStage:
                 bias=self.bias,
                 fattening=disparity.fattening,
             )
-            if self._counts(extent, len(u)):
+            raw = d[v, u] - np.float32(disparity.offset)
+            on_floor = np.maximum(floor[v, u], 0) - np.float32(disparity.offset)
+            if self._counts(extent, len(u)) and (
+                witness is None or len(u) > _LARGE or witness.supports(u, v, raw, on_floor)
+            ):
                 found.append((extent, number, _box(u, v), len(u)))
         found.sort(key=lambda item: item[0].distance)
         renumber = np.zeros(len(segments.spans) + 1, dtype=np.int32)
@@ -250,7 +275,7 @@ def _cut(box: tuple[int, int, int, int], shape: tuple[int, int]) -> tuple[str, .
     """Name the image borders that a box touches, with the margin a matcher loses there."""
     left, top, right, bottom = box
     rows, columns = shape
-    margin = 4
+    margin = 6
     sides = {
         "left": left < margin,
         "right": right >= columns - margin,

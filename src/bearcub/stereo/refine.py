@@ -35,7 +35,8 @@ def refine(left: UInt8, right: UInt8, disparity: Float32) -> Float32:
     Returns
     -------
     ndarray of float32, shape (H, W)
-        NaN where `disparity` is, never below 0 where it was not.
+        NaN where `disparity` is and where the window leaves the image to the left or right;
+        never below 0 where it was not.
     """
     known = np.isfinite(disparity)
     weight = known.astype(np.float32)
@@ -56,6 +57,9 @@ def refine(left: UInt8, right: UInt8, disparity: Float32) -> Float32:
         shift /= cv2.blur(slope * slope, _WINDOW) + np.float32(_NOISE)
         found -= np.clip(shift, -_FARTHEST, _FARTHEST) * weight
     np.maximum(found, np.minimum(disparity, 0), out=found, where=known)
+    beyond = _WINDOW[0] // 2  # windows that leave the image are not believed
+    known[:, :beyond] = False
+    known[:, -beyond:] = False
     return np.where(known, found, np.float32(np.nan))
 
 

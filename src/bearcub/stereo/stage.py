@@ -1,6 +1,7 @@
 """The stereo stage: a pair, or a disparity map, becomes one `DisparityMap`."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -120,7 +121,7 @@ class StereoStage:
         if self._refine:
             disparity = refine(left, right, disparity)
         offset = epipolar_offset(left, right, disparity) if self._align else math.nan
-        return _adjusted(
+        matched = _adjusted(
             disparity,
             doffs=self._doffs,
             smallest=self._matcher.smallest + self._doffs,
@@ -128,6 +129,7 @@ class StereoStage:
             offset=offset,
             fattening=self._matcher.fattening,
         )
+        return replace(matched, left=left, right=right, offset=self._doffs)
 
     def _check_order(self, left: UInt8, right: UInt8, disparity: Float32) -> bool:
         """Tell whether left and right are known not to be swapped; raise when they are."""

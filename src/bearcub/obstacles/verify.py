@@ -1,0 +1,76 @@
+"""Does the picture really say so? Floor or not floor as two explanations of the same pixels.
+
+Where texture is weak a matcher reports disparities that fit hardly better than the floor's would.
+Each claim off the floor is therefore put to the images once more: the left pixels against the
+right ones at the claimed disparity, and at the floor's. What the floor explains almost as well is
+no obstacle and no hole.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from bearcub.messages import DisparityMap, Float32, UInt8
+
+_WINDOW = (11, 11)  # the brightness of a neighbourhood is no evidence: the cameras may differ in it
+_SAMPLES = 1500
+_BETTER = 0.8  # share of the floor's disagreement that a claim may leave
+
+Index = "np.ndarray[tuple[int], np.dtype[np.int64]]"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Witness:
+    """The two images without their local brightness.
+
+    Attributes
+    ----------
+    left, right : ndarray of float32, shape (H, W)
+        [grey levels].
+    """
+
+    left: Float32
+    right: Float32
+
+    @classmethod
+    def of(cls, disparity: DisparityMap) -> "Witness | None":
+        """Return the witness of a matched pair; None for a disparity map without its images."""
+        if disparity.left is None or disparity.right is None:
+            return None
+        return cls(left=_flattened(disparity.left), right=_flattened(disparity.right))
+
+    def supports(self, u: "Index", v: "Index", claimed: Float32, floor: Float32) -> bool:
+        """Tell whether the images speak for the claimed disparities against the floor's.
+
+        Parameters
+        ----------
+        u, v : ndarray of int64, shape (N,)
+            Columns and rows of the pixels.
+        claimed, floor : ndarray of float32, shape (N,)
+            Raw disparities (without the rig's `doffs`) [px]; NaN in `claimed` is left out.
+        """
+        step = max(1, len(u) // _SAMPLES)
+        u, v, claimed, floor = u[::step], v[::step], claimed[::step], floor[::step]
+        known = np.isfinite(claimed)
+        u, v, claimed, floor = u[known], v[known], claimed[known], floor[known]
+        if len(u) == 0:
+            return False
+        here = self.left[v, u]
+        off = np.abs(here - self._right_at(u - claimed, v)).mean()
+        on = np.abs(here - self._right_at(u - floor, v)).mean()
+        return bool(off < _BETTER * on)
+
+    def _right_at(self, u: Float32, v: "Index") -> Float32:
+        """Return the right image at fractional columns, linear between."""
+        u = np.clip(u, 0, self.right.shape[1] - 1.001)
+        whole = u.astype(np.int64)
+        part = (u - whole).astype(np.float32)
+        value: Float32 = (1 - part) * self.right[v, whole] + part * self.right[v, whole + 1]
+        return value
+
+
+def _flattened(image: UInt8) -> Float32:
+    flat: Float32 = image.astype(np.float32)
+    flat -= cv2.blur(flat, _WINDOW)
+    return flat
