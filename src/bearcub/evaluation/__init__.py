@@ -1,0 +1,1 @@
+"""Truth against answers: simulated and recorded scenes, and the table of what was reached."""
