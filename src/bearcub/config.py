@@ -143,6 +143,12 @@ class Detection(_Table):
     """From disparity and floor to obstacles, holes, terrain and the free way."""
 
     least_height: float = setting(0.08, "lowest thing that is reported [m]", low=0.01, high=1.0)
+    low_height: float = setting(
+        0.35,
+        "what does not rise above this (kerbs, banks) does not join what does [m]",
+        low=0.0,
+        high=5.0,
+    )
     least_pixels: int = setting(30, "smallest thing that is reported [px]", low=3, high=10000)
     least_fill: float = setting(
         0.25, "share of its outline that a thing's pixels must cover", low=0.0, high=1.0

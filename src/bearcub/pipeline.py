@@ -16,8 +16,10 @@ from bearcub.stereo.stage import StereoStage, from_disparity
 
 
 class Pipeline:
-    """Answer the six questions of a frame: how large, how far, at what angle, how high is each
-    object ahead; how does the ground slope; is there a hole.
+    """Answer the six questions of a frame.
+
+    How large, how far, at what angle and how high is each object ahead; how does the ground
+    slope; is there a hole.
 
     Parameters
     ----------
@@ -174,6 +176,7 @@ class Pipeline:
             projection=self._rig.camera.projection,
             mount=self._rig.mount,
             least_height=detection.least_height,
+            low_height=detection.low_height,
             least_pixels=detection.least_pixels,
             least_fill=detection.least_fill,
             farthest=detection.farthest,

@@ -201,15 +201,14 @@ def _scores(pixels: _Pixels, planes: Float64, bump: float) -> Float64:
     """Count for each plane the pixels on it, less a share of those below it."""
     step = max(1, len(pixels.d) // _SCORED)
     uv1, d = pixels.uv1[::step].astype(np.float32), pixels.d[::step].astype(np.float32)
-    floor = uv1 @ planes.T.astype(np.float32)
-    tolerance = (0.6 + bump * d)[:, None]
-    residual = (d[:, None] - floor) / tolerance
-    ahead = floor > 0.5
-    support = np.clip(1.0 - residual * residual, 0.0, None)
-    below = (residual < -1.5) & ahead
+    floor = planes.astype(np.float32) @ uv1.T
+    scale = 1 / (0.6 + bump * d)
+    residual = (d - floor) * scale
     # the floor just ahead counts most: what lies beyond may be another one
-    close = np.minimum(1.0, floor / np.float32(_CLOSE * np.percentile(d, 98)))
-    total: Float64 = np.where(ahead, close * (support - _BELOW * below), 0).sum(axis=0)
+    close = np.clip(floor / np.float32(_CLOSE * np.percentile(d, 98)), 0, 1)
+    support = np.maximum(1.0 - residual * residual, 0.0)
+    support -= np.float32(_BELOW) * (residual < -1.5)
+    total: Float64 = np.einsum("ij,ij->i", close, support, dtype=np.float64)
     return total
 
 

@@ -1,13 +1,37 @@
 """The floor as a picture: its disparity, and how far from it a pixel may lie and still be floor."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from bearcub.geometry import Float64
 from bearcub.messages import Float32, Ground
 
+_FINE = 16  # steps per pixel of the tables by level
+_BORDER_SHARE = 0.5  # the floor's own uncertainty is taken in the lower half of the image
 
-def floor_disparity(ground: Ground, shape: tuple[int, int]) -> Float32:
-    """Return the floor's disparity [px] at every pixel; zero or less above the horizon.
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Surface:
+    """The floor of one frame, arrays of shape (H, W).
+
+    Attributes
+    ----------
+    floor : ndarray of float32
+        Its disparity [px]; zero or less above the horizon.
+    noise : ndarray of float32
+        1-sigma of a pixel of floor there, the floor's own uncertainty included [px].
+    """
+
+    floor: Float32
+    noise: Float32
+
+
+def floor_surface(ground: Ground, shape: tuple[int, int]) -> Surface:
+    """Return the floor's disparity and noise at every pixel.
+
+    The plane's own disparity (the level) is the coordinate of bend and noise: both are looked up
+    in tables with sixteen steps per pixel of it.
 
     Parameters
     ----------
@@ -17,65 +41,48 @@ def floor_disparity(ground: Ground, shape: tuple[int, int]) -> Float32:
 
     Returns
     -------
-    ndarray of float32, shape (H, W)
+    Surface
     """
-    a, b, c = ground.plane.astype(np.float32)
-    rows, columns = shape
-    floor: Float32 = (
-        b * np.arange(rows, dtype=np.float32)[:, None]
-        + (a * np.arange(columns, dtype=np.float32) + c)[None, :]
-    )
-    if len(ground.knots):
-        floor += _bend(ground, floor)
-    return floor
+    level = _plane(ground, shape)
+    own = floor_sigma(ground, shape)
+    if len(ground.knots) == 0:
+        noise = np.float32(np.hypot(ground.noise, own))
+        return Surface(floor=level, noise=np.full(shape, noise, dtype=np.float32))
+    steps = np.arange(0, max(1.0, float(level.max())) + 1.0, 1 / _FINE)
+    index = (level * np.float32(_FINE)).astype(np.int32)
+    bend = np.interp(steps, ground.knots, ground.bend).astype(np.float32)
+    noise_table = np.hypot(np.interp(steps, ground.knots, ground.knot_noise), own)
+    level += np.take(bend, index, mode="clip")
+    return Surface(floor=level, noise=np.take(noise_table.astype(np.float32), index, mode="clip"))
 
 
-def _bend(ground: Ground, plane: Float32) -> Float32:
-    """Look the bend up by the plane's own disparity, in steps of a sixteenth of a pixel."""
-    return _look_up(ground.knots, ground.bend, plane)
+def floor_disparity(ground: Ground, shape: tuple[int, int]) -> Float32:
+    """Return the floor's disparity [px], shape (H, W); zero or less above the horizon."""
+    return floor_surface(ground, shape).floor
 
 
-def _look_up(knots: Float64, values: Float64, level: Float32) -> Float32:
-    """Interpolate `values` at every pixel through a table with sixteen steps per pixel."""
-    steps = np.arange(0, max(1.0, float(level.max())) + 1.0, 1 / 16)
-    table = np.interp(steps, knots, values).astype(np.float32)
-    return table[np.clip(level * 16.0, 0, len(table) - 1).astype(np.int32)]
-
-
-def tolerance(ground: Ground, floor: Float32, *, sigmas: float, unevenness: float) -> Float32:
-    """Return how far from the floor a pixel's disparity may lie and still be floor [px].
-
-    `sigmas` times the noise at that level and the floor's own uncertainty, and the bumps that
-    still are floor: a bump H high adds ``d H / h`` to the disparity d.
-
-    Parameters
-    ----------
-    ground : Ground
-    floor : ndarray of float32, shape (H, W)
-        Its disparity.
-    sigmas : float
-    unevenness : float
-        [m].
-
-    Returns
-    -------
-    ndarray of float32, shape (H, W)
-    """
-    own = floor_sigma(ground, floor.shape)
-    steps = np.arange(0, max(1.0, float(floor.max())) + 1.0, 1 / 16)
-    noise = np.full_like(steps, ground.noise)
-    if len(ground.knots):
-        noise = np.interp(steps, ground.knots + ground.bend, ground.knot_noise)
-    table = sigmas * np.hypot(noise, own) + unevenness / ground.height * steps
-    index = np.clip(floor * 16.0, 0, len(steps) - 1).astype(np.int32)
-    return table.astype(np.float32)[index]
+def bend_at(ground: Ground, level: Float64) -> Float64:
+    """Return what the bend adds [px] where the plane's own disparity is `level`."""
+    if len(ground.knots) == 0:
+        return np.zeros_like(level)
+    return np.interp(level, ground.knots, ground.bend)
 
 
 def floor_sigma(ground: Ground, shape: tuple[int, int]) -> float:
     """Return the largest 1-sigma of the floor's disparity over the image [px], noise excluded."""
     rows, columns = shape
     corners = np.array(
-        [[u, v, 1.0] for u in (0, columns - 1) for v in (rows / 2, rows - 1)], dtype=np.float64
+        [[u, v, 1.0] for u in (0, columns - 1) for v in (_BORDER_SHARE * rows, rows - 1)]
     )
     variance = np.einsum("ni,ij,nj->n", corners, ground.covariance, corners)
     return float(np.sqrt(variance.max()))
+
+
+def _plane(ground: Ground, shape: tuple[int, int]) -> Float32:
+    a, b, c = ground.plane.astype(np.float32)
+    rows, columns = shape
+    level: Float32 = (
+        b * np.arange(rows, dtype=np.float32)[:, None]
+        + (a * np.arange(columns, dtype=np.float32) + c)[None, :]
+    )
+    return level

@@ -3,20 +3,26 @@
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
-from bearcub.messages import FreeRange, Ground, Hole, Layers, Limit, Obstacle, Pixel, Terrain
+from bearcub.geometry import Float64
+from bearcub.messages import FreeRange, Layers, Limit, Obstacle, Pixel, Terrain
 from bearcub.obstacles.measure import View
 
 _PIXELS = 20000
+_CELLS = 64  # of range between nothing and the farthest, each as much longer as it is farther
+_NEAREST = 0.2  # least range told [m]
+_GAP = 3  # cells without floor that end the way: floor unseen is not free
+_HITS = 3  # pixels that make an end, against stray ones
+
+Index = NDArray[np.int64]
 
 
 def free_range(
     layers: Layers,
     obstacles: tuple[Obstacle, ...],
-    holes: tuple[Hole, ...],
     terrain: Terrain,
     view: View,
-    ground: Ground,
     *,
     step: float,
     farthest: float,
@@ -25,56 +31,103 @@ def free_range(
 ) -> FreeRange:
     """Tell the free range in every direction of the view.
 
-    Ground that was not seen is not free: the range ends where floor was last seen without a gap
-    longer than the robot may jump over.
+    A way is free as far as floor was seen without a gap and nothing stands on it; what hangs
+    higher than `clearance` does not count. Ground that was not seen is not free.
+
+    Parameters
+    ----------
+    layers : Layers
+    obstacles : tuple of Obstacle
+    terrain : Terrain
+    view : View
+    step : float
+        Between directions [rad].
+    farthest : float
+        [m].
+    clearance : float
+        [m].
+    steepest : float
+        Steepest ground that is a way [rad].
+
+    Returns
+    -------
+    FreeRange
+        NaN ranges where no floor at all was seen.
     """
+    bearings = _directions(view, layers.kind.shape[1], step)
+    sector, reach, kind, label = _pixels(layers, view, float(bearings[0]), step, len(bearings))
+    ends = _seen_until(sector, reach, kind == Pixel.FLOOR, len(bearings), farthest)
+    limits = np.full(len(bearings), Limit.UNSEEN, dtype=object)
+    overhead = np.array([False] + [o.base_height > clearance for o in obstacles])
+    blocked = (kind == Pixel.OBSTACLE) & ~overhead[np.maximum(label, 0)]
+    for what, mask in ((Limit.OBSTACLE, blocked), (Limit.HOLE, kind == Pixel.HOLE)):
+        hit = _first_hits(sector[mask], reach[mask], len(bearings))
+        # an unseen strip before a thing is its own foot; beyond the floor's end it is the limit
+        nearer = hit <= np.where(np.isnan(ends), np.inf, 1.3 * ends)
+        ends = np.where(nearer, np.fmin(hit, ends), ends)
+        limits[nearer & (hit <= ends * (1 + 1e-9))] = what
+        limits[nearer & np.isfinite(hit) & (limits == Limit.UNSEEN)] = what
+    for band in terrain.profile:
+        if abs(band.slope) - band.sigma > steepest:
+            limits[ends > band.start] = Limit.SLOPE
+            ends = np.minimum(ends, band.start)
+    return FreeRange(bearing=bearings, range=ends, limit=tuple(limits))
+
+
+def _directions(view: View, columns: int, step: float) -> Float64:
+    """Return the multiples of `step` inside the field of view, right to left."""
+    p = view.projection
+    left = math.atan2(p.cx, p.fx)
+    right = -math.atan2(columns - 1 - p.cx, p.fx)
+    return np.arange(math.ceil(right / step), math.floor(left / step) + 1) * step
+
+
+def _pixels(
+    layers: Layers, view: View, first: float, step: float, count: int
+) -> tuple[Index, Float64, Index, Index]:
+    """Return direction, range [m], kind and label of a grid of pixels."""
     rows, columns = layers.kind.shape
     stride = max(1, int(math.sqrt(rows * columns / _PIXELS)))
     kind = layers.kind[::stride, ::stride]
-    v, u = np.nonzero((kind == Pixel.FLOOR) | (kind == Pixel.OBSTACLE) | (kind == Pixel.HOLE))
-    what = kind[v, u]
-    label = layers.labels[::stride, ::stride][v, u]
+    seen = (kind == Pixel.FLOOR) | (kind == Pixel.OBSTACLE) | (kind == Pixel.HOLE)
+    seen &= layers.disparity[::stride, ::stride] > 0
+    v, u = np.nonzero(seen)
+    what = kind[v, u].astype(np.int64)
     u, v = u * stride, v * stride
     points = view.points(
         u.astype(np.float64), v.astype(np.float64), layers.disparity[v, u].astype(np.float64)
     )
     bearing = np.arctan2(points[:, 1], points[:, 0])
+    sector = np.rint((bearing - first) / step).astype(np.int64)
+    inside = (sector >= 0) & (sector < count)
     reach = np.hypot(points[:, 0], points[:, 1])
-    bearings = _directions(view, columns, step)
-    overhead = np.array([False] + [o.base_height > clearance for o in obstacles])
-    blocking = (what == Pixel.OBSTACLE) & ~overhead[np.maximum(label, 0)]
-    sector = np.rint((bearing - bearings[0]) / step).astype(np.int64)
-    ranges, limits = [], []
-    for k in range(len(bearings)):
-        here = sector == k
-        seen = np.sort(reach[here & (what == Pixel.FLOOR) & (reach < farthest)])
-        end, limit = _seen_until(seen), Limit.UNSEEN
-        for kind_of, mask in ((Limit.OBSTACLE, blocking), (Limit.HOLE, what == Pixel.HOLE)):
-            hits = reach[here & mask]
-            if len(hits) >= 3:
-                near = float(np.partition(hits, 2)[2])
-                if near < end + 0.3 * max(1.0, end):
-                    end, limit = min(near, max(end, near)), kind_of
-        ranges.append(end)
-        limits.append(limit)
-    del holes, terrain, ground, steepest
-    return FreeRange(bearing=bearings, range=np.array(ranges), limit=tuple(limits))
+    label = layers.labels[v, u].astype(np.int64)
+    return sector[inside], reach[inside], what[inside], label[inside]
 
 
-def _directions(
-    view: View, columns: int, step: float
-) -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
-    p = view.projection
-    left = math.atan2(p.cx, p.fx)
-    right = -math.atan2(columns - 1 - p.cx, p.fx)
-    first, last = math.ceil(right / step), math.floor(left / step)
-    return np.arange(first, last + 1) * step
+def _seen_until(
+    sector: Index, reach: Float64, floor: NDArray[np.bool_], count: int, farthest: float
+) -> Float64:
+    """Return how far floor is seen in each direction without a gap [m]; NaN where never."""
+    growth = math.log(farthest / _NEAREST) / _CELLS
+    cell = np.floor(np.log(np.maximum(reach, _NEAREST) / _NEAREST) / growth).astype(np.int64)
+    use = floor & (cell < _CELLS)
+    seen = np.zeros((count, _CELLS + _GAP), dtype=bool)
+    seen[sector[use], cell[use]] = True
+    first = seen.argmax(axis=1)
+    windows = np.lib.stride_tricks.sliding_window_view(seen, _GAP, axis=1)
+    gaps = ~windows.any(axis=2) & (np.arange(windows.shape[1])[None, :] > first[:, None])
+    end = np.where(gaps.any(axis=1), gaps.argmax(axis=1), _CELLS)
+    ends = np.minimum(_NEAREST * np.exp(end * growth), farthest)
+    return np.where(seen.any(axis=1), ends, math.nan)
 
 
-def _seen_until(reach: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> float:
-    """Return how far the floor is seen without a gap of more than 0.3 m or 15 %."""
-    if len(reach) < 3:
-        return math.nan
-    gap = np.diff(reach) > np.maximum(0.3, 0.15 * reach[:-1])
-    last = int(np.argmax(gap)) if gap.any() else len(reach) - 1
-    return float(reach[last])
+def _first_hits(sector: Index, reach: Float64, count: int) -> Float64:
+    """Return the range of the third nearest pixel of each direction [m], else inf."""
+    order = np.lexsort((reach, sector))
+    sector, reach = sector[order], reach[order]
+    starts = np.searchsorted(sector, np.arange(count + 1))
+    enough = np.diff(starts) >= _HITS
+    hits = np.full(count, math.inf)
+    hits[enough] = reach[starts[:-1][enough] + _HITS - 1]
+    return hits

@@ -58,18 +58,14 @@ class Levels:
 
 
 def column_histogram(
-    levels: "np.ndarray[tuple[int], np.dtype[np.int32]]",
-    columns: "np.ndarray[tuple[int], np.dtype[np.int32]]",
-    *,
-    count: int,
-    width: int,
+    cells: "np.ndarray[tuple[int], np.dtype[np.int32]]", *, count: int, width: int
 ) -> Float32:
     """Count pixels per (level, column); the u-disparity image.
 
     Parameters
     ----------
-    levels, columns : ndarray of int32, shape (N,)
-        Level and image column of every pixel that counts.
+    cells : ndarray of int32, shape (N,)
+        ``level * width + column`` of every pixel that counts.
     count, width : int
         Number of levels and of columns.
 
@@ -79,8 +75,8 @@ def column_histogram(
 
     Examples
     --------
-    >>> column_histogram(np.array([1, 1, 0]), np.array([2, 2, 0]), count=2, width=3)
+    >>> column_histogram(np.array([5, 5, 0]), count=2, width=3)
     array([[1., 0., 0.], [0., 0., 2.]], dtype=float32)
     """
-    flat = np.bincount(levels * width + columns, minlength=count * width)
+    flat = np.bincount(cells, minlength=count * width)
     return flat.reshape(count, width).astype(np.float32)

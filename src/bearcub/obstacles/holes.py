@@ -19,55 +19,77 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from bearcub.geometry import Float64
-from bearcub.ground.surface import tolerance
-from bearcub.messages import Bool, Float32, Ground, Hole, Int32
+from bearcub.messages import Bool, Ground, Hole, Int32
 from bearcub.obstacles.measure import View
+from bearcub.obstacles.sorting import Sorting
 from bearcub.obstacles.verify import Witness
 
 _LEAST_PIXELS = 60
 _LEAST_COLUMNS = 8
 _LEAST_ROWS = 3
-_RIM = 0.25  # share of a pit's depth at which its rim is taken
+_RIM = 0.12  # share of a pit's depth at which its rim is taken
 _RIM_SIGMAS = 1.5  # ... but no closer to the floor than this many sigmas of noise
 _EDGE_ROWS = 6  # rows searched beyond a rim for what borders it
 _VISIBLE = 0.8  # share of the visible depth from which on the bottom may be out of sight
 _IMPOSSIBLE = 1.6  # times the visible depth, which its own errors allow for
 _RESUMED = 0.4  # of the tolerance: floor that lies lower still belongs to the drop
+_BORDERED = 0.6  # share of its columns in which floor must border it
+_LONGEST = 6.0  # ground that lies lower for longer is no pit but another floor [m]
 _CLOSING = np.ones((7, 7), dtype=np.uint8)
+
+Index = NDArray[np.int64]
+
+
+def sight_limit(focal: float, height: float, *, length: float = 1.0, rows: int = 6) -> float:
+    """Return how far away a hole can be seen at all [m].
+
+    It covers about ``f h w / (R (R + w))`` rows of the image.
+
+    Parameters
+    ----------
+    focal : float
+        [px].
+    height : float
+        Of the camera [m].
+    length : float
+        Of the hole along the line of sight [m].
+    rows : int
+        Least rows it must cover.
+
+    Examples
+    --------
+    The paper's rig sees a hole of 0.6 m at 6.5 m.
+
+    >>> print(f"{sight_limit(386, 1.2, length=0.6):.1f}")
+    6.5
+    """
+    return 0.5 * (math.sqrt(length**2 + 4 * focal * height * length / rows) - length)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Scene:
     """Everything a hole is judged against."""
 
-    disparity: Float32
-    floor: Float32
-    residual: Float32
-    allowed: Float32
-    on_floor: Bool
+    sorting: Sorting
     labels: Int32
     view: View
     ground: Ground
 
     def floor_points(self, u: Float64, v: Float64) -> Float64:
         """Return where the floor at these pixels lies, shape (N, 3) [m]."""
-        at = self.floor[v.astype(int), u.astype(int)].astype(np.float64)
+        at = self.sorting.floor[v.astype(int), u.astype(int)].astype(np.float64)
         return self.view.points(u, v, np.maximum(at, 1e-3))
 
 
 def find_holes(
-    disparity: Float32,
-    floor: Float32,
-    below: Bool,
-    on_floor: Bool,
+    sorting: Sorting,
     labels: Int32,
     view: View,
     ground: Ground,
     *,
-    sigmas: float,
-    unevenness: float,
     farthest: float,
     witness: Witness | None,
     offset: float,
@@ -76,16 +98,12 @@ def find_holes(
 
     Parameters
     ----------
-    disparity, floor : ndarray of float32, shape (H, W)
-        [px].
-    below, on_floor : ndarray of bool, shape (H, W)
-        Pixels below and on the floor.
+    sorting : Sorting
+        The pixels sorted by the floor.
     labels : ndarray of int32, shape (H, W)
         Obstacles, to tell reflections.
     view : View
     ground : Ground
-    sigmas, unevenness : float
-        Of the tolerance that made `below`.
     farthest : float
         [m].
     witness : Witness or None
@@ -101,23 +119,15 @@ def find_holes(
         -1, -2, ... for their pixels in that order, else 0.
     """
     numbered = np.zeros_like(labels)
+    limit = min(farthest, sight_limit(view.projection.fx, ground.height))
+    level = view.projection.fx * view.projection.baseline / limit
+    below = sorting.below & (sorting.floor > level)
     if not ground.seen or np.count_nonzero(below) < _LEAST_PIXELS:
         return (), numbered
-    scene = _Scene(
-        disparity=disparity,
-        floor=floor,
-        residual=disparity - floor,
-        allowed=tolerance(ground, floor, sigmas=sigmas, unevenness=unevenness),
-        on_floor=on_floor,
-        labels=labels,
-        view=view,
-        ground=ground,
-    )
-    level = view.projection.fx * view.projection.baseline / farthest
-    noise = tolerance(ground, floor, sigmas=1.0, unevenness=0.0)
+    scene = _Scene(sorting=sorting, labels=labels, view=view, ground=ground)
     found = []
-    for region in _regions(below & (floor > level), scene, noise):
-        hole = _judge(region, scene, sigmas)
+    for region in _regions(below, sorting):
+        hole = _judge(region, scene)
         if hole is not None and _confirmed(region, scene, witness, offset):
             found.append((hole, region))
     found.sort(key=lambda item: item[0].distance)
@@ -133,7 +143,9 @@ def _confirmed(region: "_Region", scene: _Scene, witness: Witness | None, offset
     v, u = np.nonzero(region.mask)
     v, u = v + region.rows.start, u + region.columns.start
     shift = np.float32(offset)
-    return witness.supports(u, v, scene.disparity[v, u] - shift, scene.floor[v, u] - shift)
+    return witness.supports(
+        u, v, scene.sorting.disparity[v, u] - shift, scene.sorting.floor[v, u] - shift
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -145,7 +157,7 @@ class _Region:
     mask: Bool
 
 
-def _regions(below: Bool, scene: _Scene, noise: Float32) -> Iterator[_Region]:
+def _regions(below: Bool, sorting: Sorting) -> Iterator[_Region]:
     """Yield connected regions grown from `below` to the rim."""
     height, width = below.shape
     closed = cv2.morphologyEx(below.astype(np.uint8), cv2.MORPH_CLOSE, _CLOSING)
@@ -158,14 +170,13 @@ def _regions(below: Bool, scene: _Scene, noise: Float32) -> Iterator[_Region]:
         rows = slice(max(0, top - margin), min(height, top + high + margin))
         columns = slice(max(0, left - margin), min(width, left + wide + margin))
         seed = parts[rows, columns] == number
-        residual = scene.residual[rows, columns]
+        residual = sorting.residual[rows, columns]
         strong = seed & below[rows, columns]
         if np.count_nonzero(strong) < 0.3 * area:
             continue
         depth = float(-np.percentile(residual[strong], 10))
-        rim = np.maximum(_RIM * depth, _RIM_SIGMAS * noise[rows, columns])
-        with np.errstate(invalid="ignore"):
-            weak = residual < -rim
+        rim = np.maximum(_RIM * depth, _RIM_SIGMAS * sorting.noise[rows, columns])
+        weak = residual < -rim
         weak |= _small_gaps(np.isnan(residual), largest=area)
         yield _Region(rows=rows, columns=columns, mask=_grown(seed, weak))
 
@@ -191,7 +202,7 @@ def _grown(seed: Bool, weak: Bool) -> Bool:
     return grown
 
 
-def _judge(region: _Region, scene: _Scene, sigmas: float) -> Hole | None:
+def _judge(region: _Region, scene: _Scene) -> Hole | None:
     """Tell whether a region is a hole, and measure it."""
     mask = region.mask
     counts = mask.sum(axis=0)
@@ -201,52 +212,42 @@ def _judge(region: _Region, scene: _Scene, sigmas: float) -> Hole | None:
     top = mask.argmax(axis=0)[inside] + region.rows.start
     bottom = mask.shape[0] - 1 - mask[::-1].argmax(axis=0)[inside] + region.rows.start
     u = inside + region.columns.start
-    near_floor = _borders(scene.on_floor, u, bottom, +1)
-    with np.errstate(invalid="ignore"):
-        resumed = scene.on_floor & (scene.residual > -_RESUMED * scene.allowed)
-    far_floor = _borders(resumed, u, top, -1)
+    sorting = scene.sorting
+    near_floor = _borders(sorting.on_floor, u, bottom, +1)
+    resumed = sorting.on_floor & (sorting.residual > -_RESUMED * sorting.allowed)
+    beyond = max(_EDGE_ROWS, mask.shape[0] // 4)  # a worn rim is as wide as the hole is large
+    far_floor = _borders(resumed, u, top, -1, rows=beyond)
     standing = _borders(scene.labels > 0, u, top, -1)
-    if near_floor.mean() < 0.5 or (standing & ~far_floor).mean() > 0.5:
+    if near_floor.mean() < _BORDERED or (standing & ~far_floor).mean() > 0.5:
         return None
-    pit = far_floor.mean() >= 0.5
-    if not pit and not _falls_at_once(scene, u, bottom, sigmas):
+    pit = far_floor.mean() >= _BORDERED
+    if not pit and not _falls_at_once(sorting, u, bottom):
         return None
     return _measure(region, scene, u, top, bottom, pit=bool(pit))
 
 
-def _borders(
-    what: Bool,
-    u: "np.ndarray[tuple[int], np.dtype[np.int64]]",
-    v: "np.ndarray[tuple[int], np.dtype[np.int64]]",
-    way: int,
-) -> Bool:
-    """Tell for each column whether `what` is found within a few rows beyond row v."""
-    rows = np.clip(v[None, :] + way * np.arange(1, _EDGE_ROWS + 1)[:, None], 0, what.shape[0] - 1)
-    found: Bool = what[rows, u[None, :]].sum(axis=0) >= _EDGE_ROWS // 3
+def _borders(what: Bool, u: Index, v: Index, way: int, *, rows: int = _EDGE_ROWS) -> Bool:
+    """Tell for each column whether `what` is found within some rows beyond row v."""
+    searched = v[None, :] + way * np.arange(1, rows + 1)[:, None]
+    at = np.clip(searched, 0, what.shape[0] - 1)
+    found: Bool = what[at, u[None, :]].sum(axis=0) >= _EDGE_ROWS // 3
     return found
 
 
-def _falls_at_once(
-    scene: _Scene,
-    u: "np.ndarray[tuple[int], np.dtype[np.int64]]",
-    bottom: "np.ndarray[tuple[int], np.dtype[np.int64]]",
-    sigmas: float,
-) -> bool:
+def _falls_at_once(sorting: Sorting, u: Index, bottom: Index) -> bool:
     """Tell a drop from ground that only slopes away: the disparity falls off at the lip."""
     rows = np.clip(bottom[None, :] - np.arange(2, 2 + _EDGE_ROWS)[:, None], 0, None)
-    fall = -scene.residual[rows, u[None, :]]
-    allowed = tolerance(scene.ground, scene.floor, sigmas=sigmas, unevenness=0.0)[bottom, u]
-    with np.errstate(invalid="ignore"):
-        fell = np.nanmedian(np.where(np.isnan(fall), 0.0, fall), axis=0) > 2 * allowed
-    return bool(fell.mean() > 0.6)
+    fall = np.nan_to_num(-sorting.residual[rows, u[None, :]])
+    fell = np.median(fall, axis=0) > 2 * sorting.allowed[bottom, u]
+    return bool(fell.mean() > _BORDERED)
 
 
 def _measure(
     region: _Region,
     scene: _Scene,
-    u: "np.ndarray[tuple[int], np.dtype[np.int64]]",
-    top: "np.ndarray[tuple[int], np.dtype[np.int64]]",
-    bottom: "np.ndarray[tuple[int], np.dtype[np.int64]]",
+    u: Index,
+    top: Index,
+    bottom: Index,
     *,
     pit: bool,
 ) -> Hole | None:
@@ -266,7 +267,7 @@ def _measure(
     if depth <= 0.0:
         return None
     visible = ground.height * max(length, 0.0) / max(distance, 1e-6) if pit else math.inf
-    if depth > _IMPOSSIBLE * visible:
+    if depth > _IMPOSSIBLE * visible or length > _LONGEST:
         return None  # no line of sight reaches so deep: a wrong match
     level = view.projection.fx * view.projection.baseline / max(distance, 1e-6)
     step = distance * distance * pixel / ground.height  # of the floor per row [m]
@@ -297,11 +298,11 @@ def _depth(region: _Region, scene: _Scene) -> tuple[float, int]:
     """Return how deep the region's near half lies below the floor [m], and its pixel count."""
     v, u = np.nonzero(region.mask)
     v, u = v + region.rows.start, u + region.columns.start
-    d = scene.disparity[v, u].astype(np.float64)
+    d = scene.sorting.disparity[v, u].astype(np.float64)
     seen = np.isfinite(d) & (d > 0)
     if np.count_nonzero(seen) < _LEAST_PIXELS // 2:
         return 0.0, 0
-    d, level = d[seen], scene.floor[v, u][seen].astype(np.float64)
+    d, level = d[seen], scene.sorting.floor[v, u][seen].astype(np.float64)
     near = d >= np.median(d)  # the farther half is noisier and, in a drop, no part of the lip
     lifts = scene.ground.height * (1 - level[near] / d[near])
-    return float(-np.percentile(lifts, 10)), int(np.count_nonzero(seen))
+    return float(-np.percentile(lifts, 5)), int(np.count_nonzero(seen))

@@ -8,7 +8,9 @@ import numpy as np
 from bearcub.geometry import Float64, Projection
 from bearcub.messages import Float32
 
-_EDGE = 0.25  # share of a typical column's (or row's) pixels at which a thing ends
+_SIDE = 0.15  # share of a typical column's pixels at which a thing ends to the sides
+_TOP = 0.35  # share of a typical row's pixels at which it ends above and below
+_PIXELS = 20000  # that tell all there is to tell
 _BLOCK = 25.0  # neighbouring pixels of a matcher that err together
 
 
@@ -37,7 +39,8 @@ class View:
 class Extent:
     """The size and place of one thing; see `messages.Obstacle` for the meaning.
 
-    `fill` is the share of its outline (width times height) that its pixels cover.
+    `fill` is the share of its outline (width times height) that its pixels cover; `width` is 0
+    for what is no wider than the matcher's window alone makes it.
     """
 
     x: float
@@ -84,24 +87,28 @@ def measure(
     -------
     Extent
     """
+    step = max(1, len(u) // _PIXELS) | 1  # odd, or it would walk along columns
+    u, v, disparity = u[::step], v[::step], disparity[::step]
     p = view.points(u, v, disparity.astype(np.float64))
     bearing = np.arctan2(p[:, 1], p[:, 0])
     reach = np.hypot(p[:, 0], p[:, 1])
     pixel = 1.0 / view.projection.fx
-    left, right = _ends(bearing, pixel)
-    edge = min(fattening * pixel, 0.4 * (right - left))
-    left, right = left + edge, right - edge
+    left, right = _ends(bearing, pixel, share=_SIDE)
+    edge = fattening * pixel
+    narrow = right - left <= 2 * edge + pixel
+    if not narrow:
+        left, right = left + edge, right - edge
     centre = 0.5 * (left + right)
     ranges, bearings, counts = _near_face(bearing, reach, left, right, pixel)
     nearest = int(np.argmin(ranges))
     distance = float(ranges[nearest])
     d_near = float(view.projection.fx * view.projection.baseline / max(distance, 1e-6))
-    spread = math.sqrt(noise**2 * _BLOCK / max(counts[nearest], _BLOCK) + bias**2)
+    spread = math.sqrt(noise**2 * _BLOCK / max(step * counts[nearest], _BLOCK) + bias**2)
     sigma_distance = distance * spread / d_near
-    width = _chord(ranges, left, right)
+    width = 0.0 if narrow else _chord(ranges, left, right)
     edge = math.hypot(0.7, 0.5 * fattening) * pixel
     row = float(np.median(reach)) * pixel
-    low, high = _ends(p[:, 2], row)
+    low, high = _ends(p[:, 2], row, share=_TOP)
     high = max(high - fattening * row, low + row)
     drop = abs(view.origin[2] - high)
     return Extent(
@@ -112,7 +119,7 @@ def measure(
         width=width,
         top=high,
         bottom=low,
-        fill=float(np.sum((reach * pixel) ** 2)) / max(width * (high - low), 1e-6),
+        fill=float(step * np.sum((reach * pixel) ** 2)) / max(width * (high - low), 1e-6),
         sigma_distance=sigma_distance,
         sigma_bearing=edge / math.sqrt(2),
         sigma_width=math.hypot(math.sqrt(2) * edge * distance, width * spread / d_near),
@@ -120,7 +127,7 @@ def measure(
     )
 
 
-def _ends(values: Float64, step: float) -> tuple[float, float]:
+def _ends(values: Float64, step: float, *, share: float) -> tuple[float, float]:
     """Return where the histogram of `values` with bins of `step` rises and falls.
 
     The ends are interpolated inside the bin where the count crosses a share of the typical one,
@@ -130,8 +137,8 @@ def _ends(values: Float64, step: float) -> tuple[float, float]:
     bins = np.floor((values - start) / step).astype(np.int64)
     counts = np.bincount(bins).astype(np.float64)
     counts = np.append(counts, 0.0)
-    typical = float(np.percentile(counts[counts > 0], 75))
-    threshold = max(_EDGE * typical, 0.5)
+    typical = float(np.percentile(counts[counts > 0], 50))
+    threshold = max(share * typical, 0.5)
     first, last = _main_run(counts, threshold)
     # the edge bin is partly covered: its share of the typical count is the covered part
     low = start + (first + 1 - min(1.0, counts[first] / typical)) * step

@@ -4,10 +4,13 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from bearcub.geometry import Projection
-from bearcub.messages import Bool, Float32, Int32
+from bearcub.messages import Bool, Float32, Int32, UInt8
 from bearcub.obstacles.histograms import _LUT, Levels, column_histogram
+
+_FOOT = np.ones((5, 7), dtype=np.uint8)  # levels and columns around a thing that are still its
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,10 +31,14 @@ class Segments:
 
 def segment(
     disparity: Float32,
+    floor: Float32,
     standing: Bool,
     projection: Projection,
     *,
+    camera_height: float,
+    lean: float,
     least_height: float,
+    low_height: float,
     nearest_level: float,
     farthest_level: float,
     gap_columns: int = 5,
@@ -40,17 +47,24 @@ def segment(
 
     A thing at least `least_height` high covers ``least_height * d / B`` rows at level d, so the
     threshold of a peak grows in proportion to the level. Neighbouring levels and columns belong
-    together; one thing behind another, or beside it with floor between, stays apart.
+    together; one thing behind another, or beside it with floor between, stays apart. What rises
+    above `low_height` is grouped first: kerbs and banks join many things at their feet, and would
+    make one of them.
 
     Parameters
     ----------
-    disparity : ndarray of float32, shape (H, W)
+    disparity, floor : ndarray of float32, shape (H, W)
         [px].
     standing : ndarray of bool, shape (H, W)
         Pixels above the floor; NaN disparities must be False.
     projection : Projection
-    least_height : float
-        [m].
+    camera_height : float
+        Above the floor [m].
+    lean : float
+        Columns that an upright line moves to the right per row, ``tan(roll)``: columns are
+        counted along it, so that the histogram is exact in roll.
+    least_height, low_height : float
+        Lowest thing of interest, and lowest that is not "low" [m].
     nearest_level, farthest_level : float
         Largest and smallest disparity to look at [px].
     gap_columns : int
@@ -65,27 +79,66 @@ def segment(
     index = np.flatnonzero(standing)
     d = disparity.ravel()[index]
     inside = (d >= farthest_level) & (d <= nearest_level)
-    index, d = index[inside].astype(np.int32), d[inside]
-    level = scale.table()[(d * _LUT).astype(np.int32)]
-    column = index % np.int32(width)
-    counts = column_histogram(level, column, count=scale.count, width=width)
+    if not inside.all():
+        index, d = index[inside], d[inside]
+    column, wide, shift = _upright_columns(index, rows, width, projection.cy, lean)
+    cell = scale.table()[(d * _LUT).astype(np.int32)]
+    cell *= wide
+    cell += column
+    tall = d * np.float32(1 - low_height / camera_height) > floor.ravel()[index]
+    shape = (scale.count, wide)
+    components, spans = _components(cell[tall], shape, scale, projection, least_height, gap_columns)
+    around = cv2.dilate(components.astype(np.uint16), _FOOT)
+    number = around.ravel()[cell].astype(np.int32)
+    loose = number == 0
+    if np.count_nonzero(loose) > 0:
+        others, more = _components(cell[loose], shape, scale, projection, least_height, gap_columns)
+        found = others.ravel()[cell[loose]]
+        number[loose] = np.where(found > 0, found + len(spans), 0)
+        spans = np.concatenate([spans, more])
+    spans += np.array([shift.min() - 3, shift.max() + 3], dtype=np.int32)
+    np.clip(spans, 0, width - 1, out=spans)
+    labels = np.zeros(rows * width, dtype=np.int32)
+    labels[index] = number
+    return Segments(labels=labels.reshape(rows, width), spans=spans)
+
+
+def _upright_columns(
+    index: NDArray[np.int64], rows: int, width: int, centre: float, lean: float
+) -> tuple[Int32, int, Int32]:
+    """Return the column of each pixel along upright lines, their number, and each row's shift."""
+    shift = np.rint(lean * (np.arange(rows) - centre)).astype(np.int32)
+    if not shift.any():
+        return (index % width).astype(np.int32), width, shift
+    upright = np.arange(width, dtype=np.int32)[None, :] - shift[:, None] + shift.max()
+    return upright.ravel()[index], width + int(shift.max() - shift.min()), shift - shift.max()
+
+
+def _components(
+    cell: Int32,
+    shape: tuple[int, int],
+    scale: Levels,
+    projection: Projection,
+    least_height: float,
+    gap_columns: int,
+) -> tuple[Int32, Int32]:
+    """Return the numbered peaks of the histogram of `cell`, and their first and last column."""
+    counts = column_histogram(cell, count=shape[0], width=shape[1])
     peaks = _peaks(counts, scale, projection, least_height, gap_columns)
     _, components, stats, _ = cv2.connectedComponentsWithStats(
         peaks, connectivity=8, ltype=cv2.CV_32S
     )
-    labels = np.zeros(rows * width, dtype=np.int32)
-    labels[index] = components.ravel()[level * width + column]
     first = stats[1:, cv2.CC_STAT_LEFT]
     spans = np.stack([first, first + stats[1:, cv2.CC_STAT_WIDTH] - 1], axis=1)
-    return Segments(labels=labels.reshape(rows, width), spans=spans.astype(np.int32))
+    return np.asarray(components, dtype=np.int32), spans.astype(np.int32)
 
 
 def _peaks(
     counts: Float32, scale: Levels, projection: Projection, least_height: float, gap_columns: int
-) -> "np.ndarray[tuple[int, int], np.dtype[np.uint8]]":
+) -> UInt8:
     """Mark the cells whose neighbourhood of levels holds enough rows, small gaps closed."""
     around = cv2.boxFilter(counts, -1, (1, 5), normalize=False, borderType=cv2.BORDER_CONSTANT)
     rows = np.maximum(3.0, 0.5 * least_height * scale.centres() / projection.baseline)
     peaks = ((around >= rows[:, None].astype(np.float32)) & (counts > 0)).astype(np.uint8)
     kernel = np.ones((3, 2 * gap_columns + 1), dtype=np.uint8)
-    return cv2.morphologyEx(peaks, cv2.MORPH_CLOSE, kernel)
+    return np.asarray(cv2.morphologyEx(peaks, cv2.MORPH_CLOSE, kernel), dtype=np.uint8)

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bearcub.geometry import (
     Attitude,
@@ -12,7 +13,6 @@ from bearcub.geometry import (
     base_from_optical,
     forward_in_camera,
 )
-from bearcub.ground.surface import floor_disparity, tolerance
 from bearcub.messages import (
     Bool,
     DisparityMap,
@@ -31,11 +31,16 @@ from bearcub.obstacles.free_range import free_range
 from bearcub.obstacles.holes import find_holes
 from bearcub.obstacles.measure import Extent, View, measure
 from bearcub.obstacles.segment import Segments, segment
+from bearcub.obstacles.sorting import Sorting, sort_by_floor
 from bearcub.obstacles.terrain import lie_of_the_land
 from bearcub.obstacles.verify import Witness
 from bearcub.rig.model import Mount
 
+_SMALL = 400  # pixels of a thing that may be mixed ones
+_BESIDE = 8  # columns to a nearer thing's edge [px]
 _LARGE = 8000  # pixels of a thing that needs no second look at the images
+
+Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,6 +64,8 @@ class ObstacleStage:
     mount : Mount
     least_height : float
         Lowest thing that is reported [m].
+    low_height : float
+        What does not rise above it (kerbs, banks) does not join what does [m].
     least_pixels : int
         Smallest thing that is reported [px].
     least_fill : float
@@ -82,6 +89,7 @@ class ObstacleStage:
     projection: Projection
     mount: Mount
     least_height: float
+    low_height: float
     least_pixels: int
     least_fill: float
     farthest: float
@@ -110,42 +118,51 @@ class ObstacleStage:
         """
         d = disparity.disparity
         view = self.view(ground)
-        floor = floor_disparity(ground, d.shape)
-        standing, on_floor, below = self._sort(d, floor, ground)
+        farthest_level = self.projection.fx * self.projection.baseline / self.farthest
+        sorting = sort_by_floor(
+            d,
+            ground,
+            sigmas=self.sigmas,
+            unevenness=self.unevenness,
+            farthest_level=farthest_level,
+        )
         segments = segment(
             d,
-            standing,
+            sorting.floor,
+            sorting.standing,
             self.projection,
+            camera_height=ground.height,
+            lean=math.tan(ground.roll),
             least_height=self.least_height,
+            low_height=min(self.low_height, 0.5 * ground.height),
             nearest_level=min(disparity.largest, 0.5 * d.shape[1]),
-            farthest_level=self.projection.fx * self.projection.baseline / self.farthest,
+            farthest_level=farthest_level,
         )
         witness = Witness.of(disparity)
-        obstacles, labels = self._obstacles(disparity, floor, segments, view, ground, witness)
+        obstacles, labels = self._obstacles(disparity, sorting, segments, view, ground, witness)
         holes, hole_labels = find_holes(
-            d,
-            floor,
-            below,
-            on_floor,
+            sorting,
             labels,
             view,
             ground,
-            sigmas=self.sigmas,
-            unevenness=1.5 * self.unevenness,
             farthest=self.farthest,
             witness=witness,
             offset=disparity.offset,
         )
-        labels = np.where(hole_labels < 0, hole_labels, labels) if holes else labels
-        layers = Layers(disparity=d, floor=floor, kind=_kinds(d, on_floor, labels), labels=labels)
-        terrain = lie_of_the_land(d, on_floor, view, ground, gravity=gravity)
+        if holes:
+            labels = np.where(hole_labels < 0, hole_labels, labels)
+        layers = Layers(
+            disparity=d,
+            floor=sorting.floor,
+            kind=_kinds(d, sorting.on_floor, labels),
+            labels=labels,
+        )
+        terrain = lie_of_the_land(d, sorting.on_floor, view, ground, gravity=gravity)
         way = free_range(
             layers,
             obstacles,
-            holes,
             terrain,
             view,
-            ground,
             step=self.bearing_step,
             farthest=self.farthest,
             clearance=self.clearance,
@@ -164,20 +181,10 @@ class ObstacleStage:
             origin=np.array([self.mount.x, self.mount.y, ground.height]),
         )
 
-    def _sort(self, d: Float32, floor: Float32, ground: Ground) -> tuple[Bool, Bool, Bool]:
-        """Tell pixels above, on and below the floor; the tolerance comes from the noise."""
-        allowed = tolerance(ground, floor, sigmas=self.sigmas, unevenness=1.5 * self.unevenness)
-        residual = d - floor
-        with np.errstate(invalid="ignore"):  # NaN compares false
-            standing = residual > allowed
-            below = (residual < -allowed) & (floor > 0)
-            on_floor = (np.abs(residual) <= allowed) & (floor > 0)
-        return standing, on_floor, below
-
     def _obstacles(
         self,
         disparity: DisparityMap,
-        floor: Float32,
+        sorting: Sorting,
         segments: Segments,
         view: View,
         ground: Ground,
@@ -188,9 +195,11 @@ class ObstacleStage:
         found = []
         for number, (first, last) in enumerate(segments.spans, start=1):
             v, u = np.nonzero(segments.labels[:, first : last + 1] == number)
-            if len(u) < self.least_pixels or last - first < 2 * disparity.fattening:
-                continue  # a matcher's window alone makes a thing as wide as itself
             u += first
+            if len(u) < self.least_pixels:
+                continue
+            if len(u) < _SMALL and _mixed(d, segments.labels, number, u, v):
+                continue
             extent = measure(
                 view,
                 u.astype(np.float64),
@@ -201,7 +210,7 @@ class ObstacleStage:
                 fattening=disparity.fattening,
             )
             raw = d[v, u] - np.float32(disparity.offset)
-            on_floor = np.maximum(floor[v, u], 0) - np.float32(disparity.offset)
+            on_floor = np.maximum(sorting.floor[v, u], 0) - np.float32(disparity.offset)
             if self._counts(extent, len(u)) and (
                 witness is None or len(u) > _LARGE or witness.supports(u, v, raw, on_floor)
             ):
@@ -215,7 +224,9 @@ class ObstacleStage:
         return tuple(obstacles), renumber[segments.labels]
 
     def _counts(self, extent: Extent, pixels: int) -> bool:
-        """Tell a thing from stray matches: those fill little of their outline or hang in the sky."""
+        """Tell a thing from stray matches: they fill little of their outline or hang in the sky."""
+        if extent.width <= 0.0:
+            return False  # a matcher's window alone makes a thing as wide as itself
         if extent.top < self.least_height or extent.distance > self.farthest:
             return False
         if self._hangs(extent):
@@ -265,9 +276,17 @@ class ObstacleStage:
         )
 
 
-def _box(
-    u: "np.ndarray[tuple[int], np.dtype[np.int64]]", v: "np.ndarray[tuple[int], np.dtype[np.int64]]"
-) -> tuple[int, int, int, int]:
+def _mixed(d: Float32, labels: Int32, number: int, u: Index, v: Index) -> bool:
+    """Tell pixels that a matcher put between a nearer thing's edge and what is behind it."""
+    beside = np.zeros(len(u), dtype=bool)
+    for way in (-_BESIDE, _BESIDE):
+        there = np.clip(u + way, 0, d.shape[1] - 1)
+        other = labels[v, there]
+        beside |= (other != 0) & (other != number) & (d[v, there] > d[v, u])
+    return bool(beside.mean() > 0.5)
+
+
+def _box(u: Index, v: Index) -> tuple[int, int, int, int]:
     return int(u.min()), int(v.min()), int(u.max()), int(v.max())
 
 

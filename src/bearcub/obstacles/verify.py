@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from bearcub.messages import DisparityMap, Float32, UInt8
 
@@ -17,30 +18,24 @@ _WINDOW = (11, 11)  # the brightness of a neighbourhood is no evidence: the came
 _SAMPLES = 1500
 _BETTER = 0.8  # share of the floor's disagreement that a claim may leave
 
-Index = "np.ndarray[tuple[int], np.dtype[np.int64]]"
+Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Witness:
-    """The two images without their local brightness.
+    """The two images that a disparity map was matched from, grey."""
 
-    Attributes
-    ----------
-    left, right : ndarray of float32, shape (H, W)
-        [grey levels].
-    """
-
-    left: Float32
-    right: Float32
+    left: UInt8
+    right: UInt8
 
     @classmethod
     def of(cls, disparity: DisparityMap) -> "Witness | None":
         """Return the witness of a matched pair; None for a disparity map without its images."""
         if disparity.left is None or disparity.right is None:
             return None
-        return cls(left=_flattened(disparity.left), right=_flattened(disparity.right))
+        return cls(left=disparity.left, right=disparity.right)
 
-    def supports(self, u: "Index", v: "Index", claimed: Float32, floor: Float32) -> bool:
+    def supports(self, u: Index, v: Index, claimed: Float32, floor: Float32) -> bool:
         """Tell whether the images speak for the claimed disparities against the floor's.
 
         Parameters
@@ -56,18 +51,23 @@ class Witness:
         u, v, claimed, floor = u[known], v[known], claimed[known], floor[known]
         if len(u) == 0:
             return False
-        here = self.left[v, u]
-        off = np.abs(here - self._right_at(u - claimed, v)).mean()
-        on = np.abs(here - self._right_at(u - floor, v)).mean()
+        margin = _WINDOW[0] // 2
+        first = max(0, int(v.min()) - margin)
+        rows = slice(first, int(v.max()) + margin + 1)
+        right = _flattened(self.right[rows])
+        here = _flattened(self.left[rows])[v - first, u]
+        off = np.abs(here - _between(right, u - claimed, v - first)).mean()
+        on = np.abs(here - _between(right, u - floor, v - first)).mean()
         return bool(off < _BETTER * on)
 
-    def _right_at(self, u: Float32, v: "Index") -> Float32:
-        """Return the right image at fractional columns, linear between."""
-        u = np.clip(u, 0, self.right.shape[1] - 1.001)
-        whole = u.astype(np.int64)
-        part = (u - whole).astype(np.float32)
-        value: Float32 = (1 - part) * self.right[v, whole] + part * self.right[v, whole + 1]
-        return value
+
+def _between(image: Float32, u: Float32, v: Index) -> Float32:
+    """Return an image at fractional columns, linear between."""
+    u = np.clip(u, 0, image.shape[1] - 1.001)
+    whole = u.astype(np.int64)
+    part = (u - whole).astype(np.float32)
+    value: Float32 = (1 - part) * image[v, whole] + part * image[v, whole + 1]
+    return value
 
 
 def _flattened(image: UInt8) -> Float32:
