@@ -142,7 +142,12 @@ class GroundSearch(_Table):
 class Detection(_Table):
     """From disparity and floor to obstacles, holes, terrain and the free way."""
 
-    least_height: float = setting(0.08, "lowest thing that is reported [m]", low=0.01, high=1.0)
+    least_height: float = setting(
+        0.09,
+        "lowest thing that is reported: a 10 cm box less the error of its height [m]",
+        low=0.01,
+        high=1.0,
+    )
     low_height: float = setting(
         0.35,
         "what does not rise above this (kerbs, banks) does not join what does [m]",

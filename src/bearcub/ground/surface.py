@@ -50,7 +50,7 @@ def floor_surface(ground: Ground, shape: tuple[int, int]) -> Surface:
         return Surface(floor=level, noise=np.full(shape, noise, dtype=np.float32))
     steps = np.arange(0, max(1.0, float(level.max())) + 1.0, 1 / _FINE)
     index = (level * np.float32(_FINE)).astype(np.int32)
-    bend = np.interp(steps, ground.knots, ground.bend).astype(np.float32)
+    bend = bend_at(ground, steps).astype(np.float32)
     noise_table = np.hypot(np.interp(steps, ground.knots, ground.knot_noise), own)
     level += np.take(bend, index, mode="clip")
     return Surface(floor=level, noise=np.take(noise_table.astype(np.float32), index, mode="clip"))
@@ -65,7 +65,9 @@ def bend_at(ground: Ground, level: Float64) -> Float64:
     """Return what the bend adds [px] where the plane's own disparity is `level`."""
     if len(ground.knots) == 0:
         return np.zeros_like(level)
-    return np.interp(level, ground.knots, ground.bend)
+    # beyond the last floor seen it stays as high above the plane: less bend for less disparity
+    knots, bend = np.append(0.0, ground.knots), np.append(0.0, ground.bend)
+    return np.interp(level, knots, bend)
 
 
 def floor_sigma(ground: Ground, shape: tuple[int, int]) -> float:

@@ -38,6 +38,8 @@ _IMPOSSIBLE = 1.6  # times the visible depth, which its own errors allow for
 _RESUMED = 0.4  # of the tolerance: floor that lies lower still belongs to the drop
 _BORDERED = 0.6  # share of its columns in which floor must border it
 _LONGEST = 6.0  # ground that lies lower for longer is no pit but another floor [m]
+_DEEPEST = 10  # percentile of height that is called the bottom
+_STEEP = math.radians(20.0)  # a hole's walls are at least so steep
 _CLOSING = np.ones((7, 7), dtype=np.uint8)
 
 Index = NDArray[np.int64]
@@ -263,9 +265,11 @@ def _measure(
     far = scene.floor_points(u.astype(float), np.maximum(top - 0.5, 0))
     span = np.hypot(far[:, 0], far[:, 1]) - reach
     length = float(np.percentile(span, 75)) if pit else math.nan
-    depth, shown = _depth(region, scene)
+    depth, shown = _depth(region, scene, pit=pit)
     if depth <= 0.0:
         return None
+    if pit and not _steep(region, scene, u, reach, reach + span, depth):
+        return None  # ground that only undulates
     visible = ground.height * max(length, 0.0) / max(distance, 1e-6) if pit else math.inf
     if depth > _IMPOSSIBLE * visible or length > _LONGEST:
         return None  # no line of sight reaches so deep: a wrong match
@@ -294,8 +298,29 @@ def _measure(
     )
 
 
-def _depth(region: _Region, scene: _Scene) -> tuple[float, int]:
-    """Return how deep the region's near half lies below the floor [m], and its pixel count."""
+def _steep(
+    region: _Region, scene: _Scene, u: Index, near: Float64, far: Float64, depth: float
+) -> bool:
+    """Tell a hole from undulating ground: half its depth is reached close to one of its rims.
+
+    `near` and `far` are the ranges [m] of the rims in the columns `u`.
+    """
+    v, columns = np.nonzero(region.mask[:, u - region.columns.start])
+    v = v + region.rows.start
+    d = scene.sorting.disparity[v, u[columns]].astype(np.float64)
+    lifts = scene.ground.height * (1 - scene.sorting.floor[v, u[columns]] / d)
+    deep = lifts < -0.5 * depth  # NaN compares false
+    v, columns, d = v[deep], columns[deep], d[deep]
+    points = scene.view.points(u[columns].astype(float), v.astype(float), d)
+    reach = np.hypot(points[:, 0], points[:, 1])
+    to_rim = np.minimum(np.abs(reach - near[columns]), np.abs(far[columns] - reach))
+    closest = np.full(len(u), np.inf)
+    np.minimum.at(closest, columns, to_rim)
+    return bool(np.median(closest) * math.tan(_STEEP) < 0.5 * depth)
+
+
+def _depth(region: _Region, scene: _Scene, *, pit: bool) -> tuple[float, int]:
+    """Return how deep the region's deepest tenth lies below the floor [m], and its pixel count."""
     v, u = np.nonzero(region.mask)
     v, u = v + region.rows.start, u + region.columns.start
     d = scene.sorting.disparity[v, u].astype(np.float64)
@@ -303,6 +328,8 @@ def _depth(region: _Region, scene: _Scene) -> tuple[float, int]:
     if np.count_nonzero(seen) < _LEAST_PIXELS // 2:
         return 0.0, 0
     d, level = d[seen], scene.sorting.floor[v, u][seen].astype(np.float64)
-    near = d >= np.median(d)  # the farther half is noisier and, in a drop, no part of the lip
-    lifts = scene.ground.height * (1 - level[near] / d[near])
-    return float(-np.percentile(lifts, 5)), int(np.count_nonzero(seen))
+    if not pit:  # far ground beyond a drop is noisier, and no measure of its lip
+        near = d >= np.median(d)
+        d, level = d[near], level[near]
+    lifts = scene.ground.height * (1 - level / d)
+    return float(-np.percentile(lifts, _DEEPEST)), int(np.count_nonzero(seen))

@@ -10,6 +10,7 @@ from bearcub.messages import Float32
 
 _SIDE = 0.15  # share of a typical column's pixels at which a thing ends to the sides
 _TOP = 0.35  # share of a typical row's pixels at which it ends above and below
+_STEP = 0.15  # what rises over a longer way is sloping ground [m]
 _PIXELS = 20000  # that tell all there is to tell
 _BLOCK = 25.0  # neighbouring pixels of a matcher that err together
 
@@ -40,7 +41,8 @@ class Extent:
     """The size and place of one thing; see `messages.Obstacle` for the meaning.
 
     `fill` is the share of its outline (width times height) that its pixels cover; `width` is 0
-    for what is no wider than the matcher's window alone makes it.
+    for what is no wider than the matcher's window alone makes it; `front` is how high it has risen
+    a step behind its nearest point.
     """
 
     x: float
@@ -51,6 +53,7 @@ class Extent:
     top: float
     bottom: float
     fill: float
+    front: float
     sigma_distance: float
     sigma_bearing: float
     sigma_width: float
@@ -110,6 +113,7 @@ def measure(
     row = float(np.median(reach)) * pixel
     low, high = _ends(p[:, 2], row, share=_TOP)
     high = max(high - fattening * row, low + row)
+    front = p[reach < distance + _STEP + 3 * sigma_distance, 2]
     drop = abs(view.origin[2] - high)
     return Extent(
         x=distance * math.cos(bearings[nearest]),
@@ -120,6 +124,7 @@ def measure(
         top=high,
         bottom=low,
         fill=float(step * np.sum((reach * pixel) ** 2)) / max(width * (high - low), 1e-6),
+        front=float(np.percentile(front, 90)) if len(front) else low,
         sigma_distance=sigma_distance,
         sigma_bearing=edge / math.sqrt(2),
         sigma_width=math.hypot(math.sqrt(2) * edge * distance, width * spread / d_near),

@@ -36,6 +36,7 @@ from bearcub.obstacles.terrain import lie_of_the_land
 from bearcub.obstacles.verify import Witness
 from bearcub.rig.model import Mount
 
+_RISEN = 0.6  # share of its height that a low thing reaches at its front
 _SMALL = 400  # pixels of a thing that may be mixed ones
 _BESIDE = 8  # columns to a nearer thing's edge [px]
 _LARGE = 8000  # pixels of a thing that needs no second look at the images
@@ -229,6 +230,8 @@ class ObstacleStage:
             return False  # a matcher's window alone makes a thing as wide as itself
         if extent.top < self.least_height or extent.distance > self.farthest:
             return False
+        if extent.top < self.low_height and extent.front < _RISEN * extent.top:
+            return False  # ground that climbs
         if self._hangs(extent):
             return pixels > 10 * self.least_pixels and extent.fill > 2 * self.least_fill
         return extent.fill > self.least_fill
