@@ -24,6 +24,8 @@ _LEAST = 12  # pixels of a bin
 _SHARE = 0.3  # of a bin's pixels that must lie on the profile
 _STEP = 0.01  # change of height between neighbouring bins that is no step [m]
 _CORRELATED = 12.0  # neighbouring pixels of a matcher that err together
+_JUST_AHEAD = 0.62  # share of the nearest level to which the floor just ahead reaches
+_BENT = 0.12  # least bend of the floor just ahead that is corrected [px]
 _SMALLEST = 0.1  # least noise believed [px]
 _LARGEST = 1.5  # largest noise believed [px]
 
@@ -96,6 +98,40 @@ def follow_floor(
             found.append((centres[k], bend, tracker.spread(residual[here] - bend)))
     knots, bends, noises = np.array(found[::-1]).T
     return Profile(knots=knots, bend=_smooth(bends), noise=_never_better_far(noises))
+
+
+def just_ahead(plane: Float64, profile: Profile) -> tuple[Float64, Profile]:
+    """Turn a plane that compromises between floors into the one just ahead.
+
+    Where the floor bends (a ramp, a kerb) a plane fitted to all of it lies across the bend, and
+    the profile climbs and falls about it. The nearest part of the profile is the floor the robot
+    stands on: the plane is laid through that, and the profile is told about the new plane.
+
+    Parameters
+    ----------
+    plane : ndarray of float64, shape (3,)
+    profile : Profile
+        About `plane`.
+
+    Returns
+    -------
+    plane : ndarray of float64, shape (3,)
+    profile : Profile
+        The same floor about the new plane; both unchanged where the floor does not bend.
+    """
+    knots, bend = profile.knots, profile.bend
+    near = knots > _JUST_AHEAD * knots.max(initial=0.0)
+    if np.count_nonzero(near) < 5:
+        return plane, profile
+    factor, shift = np.polyfit(knots[near], bend[near], 1)
+    doubt = float(np.median(profile.noise[near]))
+    if np.abs(factor * knots[near] + shift).max() < max(_BENT, doubt):
+        return plane, profile
+    level = (1 + factor) * knots + shift
+    kept = level > 0
+    return (1 + factor) * plane + np.array([0.0, 0.0, shift]), Profile(
+        knots=level[kept], bend=(knots + bend - level)[kept], noise=profile.noise[kept]
+    )
 
 
 def _samples(
@@ -171,6 +207,8 @@ class _Tracker:
 
     def spread(self, residual: Float64) -> float:
         """Return the noise told by the pixels below the floor [px]; the last one when few do."""
+        if self._ended:  # what lies below is another floor, not noise
+            return self._tail
         below = -residual[(residual < 0) & (residual > -3 * _LARGEST)]
         if len(below) >= max(_LEAST // 2, 0.1 * len(residual)):
             rank = int(0.95 * (len(below) - 1))

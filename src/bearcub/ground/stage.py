@@ -8,7 +8,7 @@ import numpy as np
 from bearcub.geometry import Attitude, Float64, Projection, camera_attitude
 from bearcub.ground.fit import Gates, PlaneFit, fit_plane
 from bearcub.ground.prior import Prior, expect
-from bearcub.ground.profile import follow_floor
+from bearcub.ground.profile import follow_floor, just_ahead
 from bearcub.messages import DisparityMap, Ground, Tilt
 from bearcub.rig.model import Mount
 
@@ -122,13 +122,15 @@ class GroundStage:
             pitch=attitude.pitch,
             steepest=self.steepest,
         )
+        plane, profile = just_ahead(plane, profile)
+        ahead = _values(self.projection, plane)
         sigma = np.sqrt(np.diag(covariance))
         return Ground(
             plane=plane,
             covariance=jacobian @ covariance @ jacobian.T,
-            height=float(values[0]),
-            pitch=attitude.pitch,
-            roll=attitude.roll,
+            height=float(ahead[0]),
+            pitch=float(ahead[1]),
+            roll=float(ahead[2]),
             sigma_height=float(sigma[0]),
             sigma_pitch=float(sigma[1]),
             sigma_roll=float(sigma[2]),
@@ -136,7 +138,7 @@ class GroundStage:
             source="tilt+image" if prior.tilted else "image",
             seen=True,
             residual=fit.noise,
-            tilt_disagreement=_angle(prior, measured) if prior.tilted else math.nan,
+            tilt_disagreement=_angle(prior, ahead) if prior.tilted else math.nan,
             knots=profile.knots,
             bend=profile.bend,
             knot_noise=profile.noise,

@@ -222,10 +222,18 @@ def _judge(region: _Region, scene: _Scene) -> Hole | None:
     standing = _borders(scene.labels > 0, u, top, -1)
     if near_floor.mean() < _BORDERED or (standing & ~far_floor).mean() > 0.5:
         return None
-    pit = far_floor.mean() >= _BORDERED
+    pit = far_floor.mean() >= _BORDERED and _across(scene, u, top, bottom) < _LONGEST
     if not pit and not _falls_at_once(sorting, u, bottom):
         return None
     return _measure(region, scene, u, top, bottom, pit=bool(pit))
+
+
+def _across(scene: _Scene, u: Index, top: Index, bottom: Index) -> float:
+    """Return how far the other rim lies behind the near one [m], as on the floor."""
+    near = scene.floor_points(u.astype(float), bottom + 0.5)
+    far = scene.floor_points(u.astype(float), np.maximum(top - 0.5, 0))
+    span = np.hypot(far[:, 0], far[:, 1]) - np.hypot(near[:, 0], near[:, 1])
+    return float(np.percentile(span, 75))
 
 
 def _borders(what: Bool, u: Index, v: Index, way: int, *, rows: int = _EDGE_ROWS) -> Bool:
@@ -271,7 +279,7 @@ def _measure(
     if pit and not _steep(region, scene, u, reach, reach + span, depth):
         return None  # ground that only undulates
     visible = ground.height * max(length, 0.0) / max(distance, 1e-6) if pit else math.inf
-    if depth > _IMPOSSIBLE * visible or length > _LONGEST:
+    if depth > _IMPOSSIBLE * visible:
         return None  # no line of sight reaches so deep: a wrong match
     level = view.projection.fx * view.projection.baseline / max(distance, 1e-6)
     step = distance * distance * pixel / ground.height  # of the floor per row [m]

@@ -5,14 +5,17 @@ import math
 import numpy as np
 
 from bearcub.geometry import Attitude, Float64, base_from_optical
+from bearcub.ground.surface import bend_at
 from bearcub.messages import Bool, Float32, Ground, SlopeBand, Terrain
 from bearcub.obstacles.measure import View
 
 _BAND = (1.5, 5.0)  # where slope and cross slope are taken [m] (the contract)
 _STEP = 0.5  # length of a band of the profile [m]
+_DOUBTFUL = math.radians(5.0)  # bands less certain than this are left out
 _PIXELS = 6000
-_HALF_WIDTH = 1.5  # of the strip ahead whose slope is told [m]
-_CORRELATED = 12.0
+_LEAST_PIXELS = 100
+_LEAST_KNOTS = 6
+_INDEPENDENT = 4.0  # pixels of a bin of the profile that err independently
 
 
 def lie_of_the_land(
@@ -35,7 +38,7 @@ def lie_of_the_land(
     ground : Ground
     gravity : ndarray of float64, shape (3,), or None
         Direction of gravity in optical axes; without it slopes are against the ground under the
-        robot.
+        robot: the nearest that is seen.
 
     Returns
     -------
@@ -43,74 +46,83 @@ def lie_of_the_land(
         With NaN where too little floor was seen.
     """
     reference = "robot" if gravity is None else "gravity"
-    stride = max(1, int(math.sqrt(on_floor.size / (2 * _PIXELS))))
-    v, u = np.nonzero(on_floor[::stride, ::stride])
-    u, v = u * stride, v * stride
-    d = disparity[v, u].astype(np.float64)
-    points = view.points(u.astype(np.float64), v.astype(np.float64), d)
-    if gravity is not None:
-        points = _level(points, view, ground, gravity)
-    x, y, z = points.T
-    sigma_z = ground.height * ground.noise / np.maximum(d, 1e-3)
-    whole = _fit(x, y, z, sigma_z, *_BAND, stride=stride)
+    nan = math.nan
+    if not ground.seen or len(ground.knots) < _LEAST_KNOTS:
+        return Terrain(slope=nan, cross_slope=nan, sigma=nan, roughness=nan, reference=reference)
+    turn = np.eye(3) if gravity is None else _level_from_base(view, ground, gravity)
+    x, z, sigma_z = _profile_ahead(view, ground, turn)
+    slope, sigma = _rise(x, z, sigma_z, *_BAND)
     bands = []
     for start in np.arange(_BAND[0], _BAND[1], _STEP):
-        fit = _fit(x, y, z, sigma_z, start, start + _STEP, stride=stride)
-        if fit is not None and fit[2] < math.radians(5.0):
+        inclination, doubt = _rise(x, z, sigma_z, start, start + _STEP)
+        if doubt < _DOUBTFUL:
             bands.append(
-                SlopeBand(start=float(start), end=float(start + _STEP), slope=fit[0], sigma=fit[2])
+                SlopeBand(
+                    start=float(start),
+                    end=float(start + _STEP),
+                    slope=inclination,
+                    sigma=math.hypot(doubt, ground.sigma_pitch),
+                )
             )
-    nan = math.nan
-    if whole is None:
-        return Terrain(
-            slope=nan,
-            cross_slope=nan,
-            sigma=nan,
-            roughness=nan,
-            reference=reference,
-            profile=tuple(bands),
-        )
-    slope, cross, sigma, rough = whole
-    sigma = math.hypot(sigma, max(ground.sigma_pitch, ground.sigma_roll))
+    up = turn[2] @ np.array([0.0, 1.0, 0.0])  # the ground's left, seen from the level frame
     return Terrain(
         slope=slope,
-        cross_slope=cross,
-        sigma=sigma,
-        roughness=rough,
+        cross_slope=math.asin(float(np.clip(up, -1, 1))),
+        sigma=math.hypot(sigma, max(ground.sigma_pitch, ground.sigma_roll)),
+        roughness=_roughness(disparity, on_floor, view, ground),
         reference=reference,
         profile=tuple(bands),
     )
 
 
-def _level(points: Float64, view: View, ground: Ground, gravity: Float64) -> Float64:
-    """Turn points over the ground into the level frame of gravity, same heading."""
+def _level_from_base(view: View, ground: Ground, gravity: Float64) -> Float64:
+    """Return the rotation from the ground's frame into the level frame of the same heading."""
     forward = view.base_from_optical[0]
     down = Attitude(roll=ground.roll, pitch=ground.pitch).down()
-    level_from_base = base_from_optical(gravity, forward) @ base_from_optical(down, forward).T
-    turned: Float64 = (points - view.origin) @ level_from_base.T
-    return turned + view.origin
+    rotation: Float64 = base_from_optical(gravity, forward) @ base_from_optical(down, forward).T
+    return rotation
 
 
-def _fit(
-    x: Float64, y: Float64, z: Float64, sigma_z: Float64, start: float, end: float, *, stride: int
-) -> tuple[float, float, float, float] | None:
-    """Fit z = z0 + sx x + sy y to a strip; return slope, cross slope, sigma [rad], roughness."""
-    inside = (x >= start) & (x < end) & (np.abs(y) < _HALF_WIDTH)
-    if np.count_nonzero(inside) < 40 or np.ptp(x[inside]) < 0.5 * (end - start):
-        return None
-    px, py, pz, weight = x[inside], y[inside], z[inside], sigma_z[inside] ** -2.0
-    design = np.stack([np.ones_like(px), px, py], axis=1)
-    for _ in range(3):
-        normal = (design * weight[:, None]).T @ design
-        try:
-            inverse = np.linalg.inv(normal)
-        except np.linalg.LinAlgError:
-            return None
-        solution = inverse @ ((design * weight[:, None]).T @ pz)
-        residual = pz - design @ solution
-        scale = max(1e-4, 1.4826 * float(np.median(np.abs(residual))))
-        weight = sigma_z[inside] ** -2.0 * (np.abs(residual) < 3 * scale)
-    each = max(1.0, _CORRELATED / stride**2)
-    sigma = math.sqrt(each * max(inverse[1, 1], inverse[2, 2]))
-    rough = math.sqrt(max(0.0, scale**2 - float(np.median(sigma_z[inside])) ** 2))
-    return math.atan(solution[1]), math.atan(solution[2]), sigma, rough
+def _profile_ahead(view: View, ground: Ground, turn: Float64) -> tuple[Float64, Float64, Float64]:
+    """Return the floor's profile straight ahead: x, z in the level frame and 1-sigma of z [m]."""
+    level, bend = ground.knots[::-1], ground.bend[::-1]
+    p = view.projection
+    a, b, c = ground.plane
+    u = np.full_like(level, p.cx)
+    points = view.points(u, (level - a * u - c) / b, level + bend)
+    sigma = ground.height * ground.knot_noise[::-1] / level / math.sqrt(_INDEPENDENT)
+    points = (points - view.origin) @ turn.T + view.origin
+    ahead = np.maximum.accumulate(points[:, 0])  # noise may not turn the profile back
+    return ahead, points[:, 2], sigma
+
+
+def _rise(x: Float64, z: Float64, sigma: Float64, start: float, end: float) -> tuple[float, float]:
+    """Return the mean slope from `start` to `end` and its 1-sigma [rad]; NaN where not seen.
+
+    A missing third of the way at either end is made up for by the rest.
+    """
+    slack = (end - start) / 3
+    if x[0] > start + slack or x[-1] < end - slack:
+        return math.nan, math.inf
+    first, last = max(start, float(x[0])), min(end, float(x[-1]))
+    run = last - first
+    rise = np.interp(last, x, z) - np.interp(first, x, z)
+    doubt = math.hypot(np.interp(first, x, sigma), np.interp(last, x, sigma)) / run
+    return math.atan2(rise, run), doubt
+
+
+def _roughness(disparity: Float32, on_floor: Bool, view: View, ground: Ground) -> float:
+    """Return the RMS height of the near floor about its profile [m], the noise taken out."""
+    stride = max(1, int(math.sqrt(on_floor.size / (2 * _PIXELS))))
+    v, u = np.nonzero(on_floor[::stride, ::stride])
+    u, v = u * stride, v * stride
+    d = disparity[v, u].astype(np.float64)
+    a, b, c = ground.plane
+    level = a * u + b * v + c
+    near = level > view.projection.fx * view.projection.baseline / _BAND[1]
+    if np.count_nonzero(near) < _LEAST_PIXELS:
+        return math.nan
+    d, level = d[near], level[near]
+    lift = ground.height * (1 - (level + bend_at(ground, level)) / d)
+    noise = ground.height * np.interp(level, ground.knots, ground.knot_noise) / d
+    return math.sqrt(max(0.0, float(np.mean(lift**2) - np.mean(noise**2))))
