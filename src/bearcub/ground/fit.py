@@ -277,13 +277,13 @@ def _summary(
     here, _ = _near(floor, residual, width)
     normal = (pixels.uv1 * weight[:, None]).T @ pixels.uv1
     each = max(1.0, _CORRELATED / pixels.stride**2)
-    covariance = scale**2 * each * np.linalg.inv(normal)
+    covariance: Float64 = scale**2 * each * np.asarray(np.linalg.inv(normal), dtype=np.float64)
     covariance[2, 2] += _LOCKING**2
     not_above = here & (residual < 3 * width)
     return PlaneFit(
         plane=plane,
         covariance=covariance,
         noise=scale,
-        support=float(np.count_nonzero(on & here) / max(1, np.count_nonzero(not_above))),
-        count=int(np.count_nonzero(on & here)) * pixels.stride**2,
+        support=int(np.sum(on & here)) / max(1, int(np.sum(not_above))),
+        count=int(np.sum(on & here)) * pixels.stride**2,
     )

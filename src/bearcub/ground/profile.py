@@ -199,7 +199,7 @@ class _Tracker:
     def _stepped(self, way: Float64, low: float, high: float) -> bool:
         """Tell whether most of the way has left the floor, to one side."""
         most = (1 - _SHARE) * len(way)
-        return np.count_nonzero(way >= high) > most or np.count_nonzero(way <= low) > most
+        return bool(np.sum(way >= high) > most or np.sum(way <= low) > most)
 
     def _bend(self, level: float, lift: float) -> float:
         """Return the extra disparity [px] of ground that lies `lift` above the plane."""

@@ -1,16 +1,19 @@
 """The ground stage: tilt, mount and image become one floor with its uncertainty."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bearcub.errors import InputError
 from bearcub.geometry import Attitude, Float64, Projection, camera_attitude
 from bearcub.ground.fit import Gates, PlaneFit, fit_plane
 from bearcub.ground.prior import Prior, expect
 from bearcub.ground.profile import follow_floor, just_ahead
 from bearcub.messages import DisparityMap, Ground, Tilt
 from bearcub.rig.model import Mount
+
+_UPSIDE_DOWN = 0.2  # share of the image that a floor at its top must cover, unlike a ceiling
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,8 +81,25 @@ class GroundStage:
             unevenness=self.unevenness,
         )
         if fit is None or not self._convincing(fit, disparity):
+            self._refuse_upside_down(prior, disparity)
             return self._unseen(prior)
         return self._seen(prior, fit, disparity)
+
+    def _refuse_upside_down(self, prior: Prior, disparity: DisparityMap) -> None:
+        """Raise when the picture turned by half a turn shows the floor this one lacks."""
+        rows, columns = disparity.disparity.shape
+        p = self.projection
+        turned = replace(p, cx=columns - 1 - p.cx, cy=rows - 1 - p.cy)
+        fit = fit_plane(
+            disparity.disparity[::-1, ::-1], turned, prior, self.gates, unevenness=self.unevenness
+        )
+        if fit is None or not self._convincing(fit, disparity):
+            return
+        if fit.count > _UPSIDE_DOWN * disparity.disparity.size:
+            raise InputError(
+                "the floor is at the top of the image: the pair is upside down; "
+                "turn both images by 180 degrees and swap left and right"
+            )
 
     def _convincing(self, fit: PlaneFit, disparity: DisparityMap) -> bool:
         share = fit.count / disparity.disparity.size

@@ -67,7 +67,7 @@ def bend_at(ground: Ground, level: Float64) -> Float64:
         return np.zeros_like(level)
     # beyond the last floor seen it stays as high above the plane: less bend for less disparity
     knots, bend = np.append(0.0, ground.knots), np.append(0.0, ground.bend)
-    return np.interp(level, knots, bend)
+    return np.asarray(np.interp(level, knots, bend), dtype=np.float64)
 
 
 def floor_sigma(ground: Ground, shape: tuple[int, int]) -> float:

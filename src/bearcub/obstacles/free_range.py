@@ -79,7 +79,7 @@ def _directions(view: View, columns: int, step: float) -> Float64:
     p = view.projection
     left = math.atan2(p.cx, p.fx)
     right = -math.atan2(columns - 1 - p.cx, p.fx)
-    return np.arange(math.ceil(right / step), math.floor(left / step) + 1) * step
+    return step * np.arange(math.ceil(right / step), math.floor(left / step) + 1, dtype=np.float64)
 
 
 def _pixels(

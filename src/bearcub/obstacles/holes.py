@@ -230,7 +230,7 @@ def _judge(region: _Region, scene: _Scene) -> Hole | None:
 
 def _across(scene: _Scene, u: Index, top: Index, bottom: Index) -> float:
     """Return how far the other rim lies behind the near one [m], as on the floor."""
-    near = scene.floor_points(u.astype(float), bottom + 0.5)
+    near = scene.floor_points(u.astype(float), bottom.astype(np.float64) + 0.5)
     far = scene.floor_points(u.astype(float), np.maximum(top - 0.5, 0))
     span = np.hypot(far[:, 0], far[:, 1]) - np.hypot(near[:, 0], near[:, 1])
     return float(np.percentile(span, 75))
@@ -262,7 +262,7 @@ def _measure(
     pit: bool,
 ) -> Hole | None:
     view, ground = scene.view, scene.ground
-    near = scene.floor_points(u.astype(float), bottom + 0.5)
+    near = scene.floor_points(u.astype(float), bottom.astype(np.float64) + 0.5)
     reach = np.hypot(near[:, 0], near[:, 1])
     first = int(np.argmin(reach))
     distance = float(np.percentile(reach, 5))
@@ -294,11 +294,12 @@ def _measure(
         depth_is_lower_bound=(pit and depth > _VISIBLE * visible) or not pit,
         kind="pit" if pit else "drop",
         sigma_distance=math.hypot(2 * step, distance * ground.noise / level / 4),
-        sigma_width=3 * pixel * distance,
-        sigma_length=3 * step if pit else math.nan,
+        sigma_width=math.hypot(3 * pixel * distance, _RIM * across),
+        sigma_length=math.hypot(3 * step, _RIM * length) if pit else math.nan,
         sigma_depth=math.hypot(
-            ground.height * ground.noise / level / math.sqrt(max(shown / 25, 1)),
+            (ground.height + depth) * ground.noise / level / math.sqrt(max(shown / 25, 1)),
             distance * ground.sigma_pitch,
+            _RIM * depth,  # where exactly the rim and the bottom are is a matter of definition
         ),
         confidence=1 - math.exp(-shown / (4 * _LEAST_PIXELS)),
         box=(int(u.min()), int(top.min()), int(u.max()), int(bottom.max())),

@@ -33,7 +33,10 @@ class View:
 
     def points(self, u: Float64, v: Float64, disparity: Float64) -> Float64:
         """Return the points [m] in ``base_link`` of pixels, shape (N, 3)."""
-        return self.projection.points(u, v, disparity) @ self.base_from_optical.T + self.origin
+        optical = self.projection.points(u, v, disparity)
+        with np.errstate(invalid="ignore"):  # what is infinitely far is nowhere in base_link
+            points: Float64 = optical @ self.base_from_optical.T + self.origin
+        return points
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,7 +131,7 @@ def measure(
         sigma_distance=sigma_distance,
         sigma_bearing=edge / math.sqrt(2),
         sigma_width=math.hypot(math.sqrt(2) * edge * distance, width * spread / d_near),
-        sigma_top=math.hypot(edge * distance, drop * spread / d_near),
+        sigma_top=math.hypot(edge * distance, drop * spread / d_near, fattening * row),
     )
 
 

@@ -1,7 +1,7 @@
 """The obstacle stage: disparity and floor become things, holes, terrain and free range."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -212,6 +212,8 @@ class ObstacleStage:
             )
             raw = d[v, u] - np.float32(disparity.offset)
             on_floor = np.maximum(sorting.floor[v, u], 0) - np.float32(disparity.offset)
+            if self._hangs(extent) and _hidden_below(d, segments.labels, number, u, v):
+                extent = replace(extent, bottom=0.0)  # its foot is out of sight
             if self._counts(extent, len(u)) and (
                 witness is None or len(u) > _LARGE or witness.supports(u, v, raw, on_floor)
             ):
@@ -289,6 +291,14 @@ def _mixed(d: Float32, labels: Int32, number: int, u: Index, v: Index) -> bool:
     return bool(beside.mean() > 0.5)
 
 
+def _hidden_below(d: Float32, labels: Int32, number: int, u: Index, v: Index) -> bool:
+    """Tell whether a nearer thing hides what is below these pixels."""
+    there = np.clip(v + _BESIDE, 0, d.shape[0] - 1)
+    other = labels[there, u]
+    hidden = (other != 0) & (other != number) & (d[there, u] > d[v, u])
+    return len(np.unique(u[hidden])) > 0.5 * len(np.unique(u))
+
+
 def _box(u: Index, v: Index) -> tuple[int, int, int, int]:
     return int(u.min()), int(v.min()), int(u.max()), int(v.max())
 
@@ -310,7 +320,7 @@ def _cut(box: tuple[int, int, int, int], shape: tuple[int, int]) -> tuple[str, .
 def _kinds(
     d: Float32, on_floor: Bool, labels: Int32
 ) -> "np.ndarray[tuple[int, int], np.dtype[np.uint8]]":
-    kind = np.full(d.shape, Pixel.OTHER, dtype=np.uint8)
+    kind: UInt8 = np.full(d.shape, np.uint8(Pixel.OTHER), dtype=np.uint8)
     kind[np.isnan(d)] = Pixel.UNSEEN
     kind[on_floor] = Pixel.FLOOR
     kind[labels > 0] = Pixel.OBSTACLE

@@ -11,6 +11,8 @@ References
    stereo vision", IJCAI 1981.
 """
 
+from typing import Any
+
 import cv2
 import numpy as np
 
@@ -47,14 +49,14 @@ def refine(left: UInt8, right: UInt8, disparity: Float32) -> Float32:
     grey_left, grey_right = left.astype(np.float32), right.astype(np.float32)
     slope_left = _slope(grey_left)
     for _ in range(_STEPS):
-        matched = cv2.remap(
-            grey_right, u - found, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+        matched = _float32(
+            cv2.remap(grey_right, u - found, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         )
         slope = (slope_left + _slope(matched)) * weight
         difference = grey_left - matched
-        difference -= cv2.blur(difference, _WINDOW)
-        shift = cv2.blur(slope * difference, _WINDOW)
-        shift /= cv2.blur(slope * slope, _WINDOW) + np.float32(_NOISE)
+        difference -= _float32(cv2.blur(difference, _WINDOW))
+        shift = _float32(cv2.blur(slope * difference, _WINDOW))
+        shift /= _float32(cv2.blur(slope * slope, _WINDOW)) + np.float32(_NOISE)
         found -= np.clip(shift, -_FARTHEST, _FARTHEST) * weight
     np.maximum(found, np.minimum(disparity, 0), out=found, where=known)
     beyond = _WINDOW[0] // 2  # windows that leave the image are not believed
@@ -65,5 +67,9 @@ def refine(left: UInt8, right: UInt8, disparity: Float32) -> Float32:
 
 def _slope(image: Float32) -> Float32:
     """Return half the derivative along the row [grey levels per px]."""
-    slope: Float32 = cv2.Sobel(image, cv2.CV_32F, 1, 0, ksize=3, scale=1 / 16)
-    return slope
+    return _float32(cv2.Sobel(image, cv2.CV_32F, 1, 0, ksize=3, scale=1 / 16))
+
+
+def _float32(image: Any) -> Float32:
+    """Tell the type checker what OpenCV's stubs do not."""
+    return np.asarray(image, dtype=np.float32)
