@@ -200,8 +200,9 @@ def _within(
 def _scores(pixels: _Pixels, planes: Float64, bump: float) -> Float64:
     """Count for each plane the pixels on it, less a share of those below it."""
     step = max(1, len(pixels.d) // _SCORED)
-    uv1, d = pixels.uv1[::step].astype(np.float32), pixels.d[::step].astype(np.float32)
-    floor = planes.astype(np.float32) @ uv1.T
+    uv1, d = pixels.uv1[::step], pixels.d[::step].astype(np.float32)
+    # in double precision: some BLAS kernels take ten times as long for so narrow a float32 product
+    floor = (planes @ uv1.T).astype(np.float32)
     scale = 1 / (0.6 + bump * d)
     residual = (d - floor) * scale
     # the floor just ahead counts most: what lies beyond may be another one

@@ -9,7 +9,7 @@ from bearcub.geometry import Float64
 from bearcub.messages import FreeRange, Layers, Limit, Obstacle, Pixel, Terrain
 from bearcub.obstacles.measure import View
 
-_PIXELS = 20000
+_PIXELS = 10000
 _CELLS = 64  # of range between nothing and the farthest, each as much longer as it is farther
 _NEAREST = 0.2  # least range told [m]
 _GAP = 3  # cells without floor that end the way: floor unseen is not free
@@ -91,8 +91,9 @@ def _pixels(
     kind = layers.kind[::stride, ::stride]
     seen = (kind == Pixel.FLOOR) | (kind == Pixel.OBSTACLE) | (kind == Pixel.HOLE)
     seen &= layers.disparity[::stride, ::stride] > 0
-    v, u = np.nonzero(seen)
-    what = kind[v, u].astype(np.int64)
+    index = np.flatnonzero(seen)
+    what = kind.ravel()[index].astype(np.int64)
+    v, u = np.divmod(index, seen.shape[1])
     u, v = u * stride, v * stride
     points = view.points(
         u.astype(np.float64), v.astype(np.float64), layers.disparity[v, u].astype(np.float64)

@@ -163,7 +163,9 @@ def _regions(below: Bool, sorting: Sorting) -> Iterator[_Region]:
     """Yield connected regions grown from `below` to the rim."""
     height, width = below.shape
     closed = cv2.morphologyEx(below.astype(np.uint8), cv2.MORPH_CLOSE, _CLOSING)
-    count, parts, stats, _ = cv2.connectedComponentsWithStats(closed, connectivity=8)
+    count, parts, stats, _ = cv2.connectedComponentsWithStatsWithAlgorithm(
+        closed, 8, cv2.CV_32S, cv2.CCL_SAUF
+    )
     for number in range(1, count):
         left, top, wide, high, area = (int(value) for value in stats[number])
         if area < _LEAST_PIXELS or wide < _LEAST_COLUMNS or high < _LEAST_ROWS:

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bearcub.geometry import Float64, Projection
 from bearcub.messages import Float32
@@ -13,6 +14,9 @@ _TOP = 0.35  # share of a typical row's pixels at which it ends above and below
 _STEP = 0.15  # what rises over a longer way is sloping ground [m]
 _PIXELS = 20000  # that tell all there is to tell
 _BLOCK = 25.0  # neighbouring pixels of a matcher that err together
+
+
+Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,8 +69,8 @@ class Extent:
 
 def measure(
     view: View,
-    u: Float64,
-    v: Float64,
+    u: Index,
+    v: Index,
     disparity: Float32,
     *,
     noise: float,
@@ -78,7 +82,7 @@ def measure(
     Parameters
     ----------
     view : View
-    u, v : ndarray of float64, shape (N,)
+    u, v : ndarray of int64, shape (N,)
         Columns and rows of the thing's pixels [px].
     disparity : ndarray of float32, shape (N,)
         [px].
@@ -95,7 +99,7 @@ def measure(
     """
     step = max(1, len(u) // _PIXELS) | 1  # odd, or it would walk along columns
     u, v, disparity = u[::step], v[::step], disparity[::step]
-    p = view.points(u, v, disparity.astype(np.float64))
+    p = view.points(u.astype(np.float64), v.astype(np.float64), disparity.astype(np.float64))
     bearing = np.arctan2(p[:, 1], p[:, 0])
     reach = np.hypot(p[:, 0], p[:, 1])
     pixel = 1.0 / view.projection.fx

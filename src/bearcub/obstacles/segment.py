@@ -10,6 +10,8 @@ from bearcub.geometry import Projection
 from bearcub.messages import Bool, Float32, Int32, UInt8
 from bearcub.obstacles.histograms import _LUT, Levels, column_histogram
 
+Index = NDArray[np.int64]
+
 _FOOT = np.ones((5, 7), dtype=np.uint8)  # levels and columns around a thing that are still its
 
 
@@ -21,12 +23,12 @@ class Segments:
     ----------
     labels : ndarray of int32, shape (H, W)
         1.. for the pixels of each peak, 0 elsewhere.
-    spans : ndarray of int32, shape (K, 2)
-        First and last image column of peak k + 1.
+    members : tuple of ndarray of int64
+        Flat indices (row * W + column) of the pixels of each.
     """
 
     labels: Int32
-    spans: Int32
+    members: tuple[Index, ...]
 
 
 def segment(
@@ -81,37 +83,44 @@ def segment(
     inside = (d >= farthest_level) & (d <= nearest_level)
     if not inside.all():
         index, d = index[inside], d[inside]
-    column, wide, shift = _upright_columns(index, rows, width, projection.cy, lean)
+    column, wide = _upright_columns(index, rows, width, projection.cy, lean)
     cell = scale.table()[(d * _LUT).astype(np.int32)]
     cell *= wide
     cell += column
     tall = d * np.float32(1 - low_height / camera_height) > floor.ravel()[index]
     shape = (scale.count, wide)
-    components, spans = _components(cell[tall], shape, scale, projection, least_height, gap_columns)
+    components, things = _components(
+        cell[tall], shape, scale, projection, least_height, gap_columns
+    )
     around = cv2.dilate(components.astype(np.uint16), _FOOT)
     number = around.ravel()[cell].astype(np.int32)
     loose = number == 0
     if np.count_nonzero(loose) > 0:
         others, more = _components(cell[loose], shape, scale, projection, least_height, gap_columns)
         found = others.ravel()[cell[loose]]
-        number[loose] = np.where(found > 0, found + len(spans), 0)
-        spans = np.concatenate([spans, more])
-    spans += np.array([shift.min() - 3, shift.max() + 3], dtype=np.int32)
-    np.clip(spans, 0, width - 1, out=spans)
+        number[loose] = np.where(found > 0, found + things, 0)
+        things += more
     labels = np.zeros(rows * width, dtype=np.int32)
     labels[index] = number
-    return Segments(labels=labels.reshape(rows, width), spans=spans)
+    return Segments(labels=labels.reshape(rows, width), members=_members(index, number, things))
+
+
+def _members(index: Index, number: Int32, things: int) -> tuple[Index, ...]:
+    """Return the elements of `index` of every number from 1 to `things`."""
+    order = np.argsort(number.astype(np.uint16), kind="stable")  # 16 bits: a radix sort
+    ends = np.cumsum(np.bincount(number, minlength=things + 1))
+    return tuple(index[order[ends[k - 1] : ends[k]]] for k in range(1, things + 1))
 
 
 def _upright_columns(
-    index: NDArray[np.int64], rows: int, width: int, centre: float, lean: float
-) -> tuple[Int32, int, Int32]:
-    """Return the column of each pixel along upright lines, their number, and each row's shift."""
+    index: Index, rows: int, width: int, centre: float, lean: float
+) -> tuple[Int32, int]:
+    """Return the column of each pixel along upright lines, and how many there are."""
     shift = np.rint(lean * (np.arange(rows) - centre)).astype(np.int32)
     if not shift.any():
-        return (index % width).astype(np.int32), width, shift
+        return index.astype(np.int32) % np.int32(width), width
     upright = np.arange(width, dtype=np.int32)[None, :] - shift[:, None] + shift.max()
-    return upright.ravel()[index], width + int(shift.max() - shift.min()), shift - shift.max()
+    return upright.ravel()[index], width + int(shift.max() - shift.min())
 
 
 def _components(
@@ -121,16 +130,12 @@ def _components(
     projection: Projection,
     least_height: float,
     gap_columns: int,
-) -> tuple[Int32, Int32]:
-    """Return the numbered peaks of the histogram of `cell`, and their first and last column."""
+) -> tuple[Int32, int]:
+    """Return the numbered peaks of the histogram of `cell`, and how many there are."""
     counts = column_histogram(cell, count=shape[0], width=shape[1])
     peaks = _peaks(counts, scale, projection, least_height, gap_columns)
-    _, components, stats, _ = cv2.connectedComponentsWithStats(
-        peaks, connectivity=8, ltype=cv2.CV_32S
-    )
-    first = stats[1:, cv2.CC_STAT_LEFT]
-    spans = np.stack([first, first + stats[1:, cv2.CC_STAT_WIDTH] - 1], axis=1)
-    return np.asarray(components, dtype=np.int32), spans.astype(np.int32)
+    count, components = cv2.connectedComponents(peaks, connectivity=8, ltype=cv2.CV_32S)
+    return np.asarray(components, dtype=np.int32), count - 1
 
 
 def _peaks(

@@ -25,6 +25,7 @@ from bearcub.messages import (
     Obstacle,
     Pixel,
     Terrain,
+    UInt8,
     Vote,
 )
 from bearcub.obstacles.free_range import free_range
@@ -194,37 +195,32 @@ class ObstacleStage:
         """Measure every segment; number those that count from the nearest."""
         d = disparity.disparity
         found = []
-        for number, (first, last) in enumerate(segments.spans, start=1):
-            v, u = np.nonzero(segments.labels[:, first : last + 1] == number)
-            u += first
-            if len(u) < self.least_pixels:
+        for number, members in enumerate(segments.members, start=1):
+            if len(members) < self.least_pixels:
                 continue
+            v, u = np.divmod(members, d.shape[1])
             if len(u) < _SMALL and _mixed(d, segments.labels, number, u, v):
                 continue
             extent = measure(
                 view,
-                u.astype(np.float64),
-                v.astype(np.float64),
+                u,
+                v,
                 d[v, u],
                 noise=ground.noise,
                 bias=self.bias,
                 fattening=disparity.fattening,
             )
-            raw = d[v, u] - np.float32(disparity.offset)
-            on_floor = np.maximum(sorting.floor[v, u], 0) - np.float32(disparity.offset)
             if self._hangs(extent) and _hidden_below(d, segments.labels, number, u, v):
                 extent = replace(extent, bottom=0.0)  # its foot is out of sight
-            if self._counts(extent, len(u)) and (
-                witness is None or len(u) > _LARGE or witness.supports(u, v, raw, on_floor)
-            ):
-                found.append((extent, number, _box(u, v), len(u)))
+            if self._counts(extent, len(u)) and _confirmed(witness, disparity, sorting, u, v):
+                found.append((extent, members, _box(u, v)))
         found.sort(key=lambda item: item[0].distance)
-        renumber = np.zeros(len(segments.spans) + 1, dtype=np.int32)
+        labels = np.zeros(d.shape, dtype=np.int32)
         obstacles = []
-        for identity, (extent, number, box, pixels) in enumerate(found, start=1):
-            renumber[number] = identity
-            obstacles.append(self._obstacle(identity, extent, box, pixels, d.shape))
-        return tuple(obstacles), renumber[segments.labels]
+        for identity, (extent, members, box) in enumerate(found, start=1):
+            labels.ravel()[members] = identity
+            obstacles.append(self._obstacle(identity, extent, box, len(members), d.shape))
+        return tuple(obstacles), labels
 
     def _counts(self, extent: Extent, pixels: int) -> bool:
         """Tell a thing from stray matches: they fill little of their outline or hang in the sky."""
@@ -281,6 +277,17 @@ class ObstacleStage:
         )
 
 
+def _confirmed(
+    witness: Witness | None, disparity: DisparityMap, sorting: Sorting, u: Index, v: Index
+) -> bool:
+    """Ask the images whether a thing's disparities explain them better than the floor's."""
+    if witness is None or len(u) > _LARGE:
+        return True
+    shift = np.float32(disparity.offset)
+    floor = np.maximum(sorting.floor[v, u], 0)
+    return witness.supports(u, v, sorting.disparity[v, u] - shift, floor - shift)
+
+
 def _mixed(d: Float32, labels: Int32, number: int, u: Index, v: Index) -> bool:
     """Tell pixels that a matcher put between a nearer thing's edge and what is behind it."""
     beside = np.zeros(len(u), dtype=bool)
@@ -317,12 +324,10 @@ def _cut(box: tuple[int, int, int, int], shape: tuple[int, int]) -> tuple[str, .
     return tuple(name for name, touched in sides.items() if touched)
 
 
-def _kinds(
-    d: Float32, on_floor: Bool, labels: Int32
-) -> "np.ndarray[tuple[int, int], np.dtype[np.uint8]]":
-    kind: UInt8 = np.full(d.shape, np.uint8(Pixel.OTHER), dtype=np.uint8)
-    kind[np.isnan(d)] = Pixel.UNSEEN
-    kind[on_floor] = Pixel.FLOOR
-    kind[labels > 0] = Pixel.OBSTACLE
-    kind[labels < 0] = Pixel.HOLE
-    return kind
+def _kinds(d: Float32, on_floor: Bool, labels: Int32) -> UInt8:
+    kind = np.full(d.shape, Pixel.OTHER, dtype=np.uint8)
+    np.copyto(kind, np.uint8(Pixel.UNSEEN), where=np.isnan(d))
+    np.copyto(kind, np.uint8(Pixel.FLOOR), where=on_floor)
+    np.copyto(kind, np.uint8(Pixel.OBSTACLE), where=labels > 0)
+    np.copyto(kind, np.uint8(Pixel.HOLE), where=labels < 0)
+    return np.asarray(kind, dtype=np.uint8)

@@ -12,7 +12,7 @@ from bearcub.obstacles.measure import View
 _BAND = (1.5, 5.0)  # where slope and cross slope are taken [m] (the contract)
 _STEP = 0.5  # length of a band of the profile [m]
 _DOUBTFUL = math.radians(5.0)  # bands less certain than this are left out
-_PIXELS = 6000
+_PIXELS = 3000
 _LEAST_PIXELS = 100
 _LEAST_KNOTS = 6
 _INDEPENDENT = 4.0  # pixels of a bin of the profile that err independently
@@ -114,7 +114,8 @@ def _rise(x: Float64, z: Float64, sigma: Float64, start: float, end: float) -> t
 def _roughness(disparity: Float32, on_floor: Bool, view: View, ground: Ground) -> float:
     """Return the RMS height of the near floor about its profile [m], the noise taken out."""
     stride = max(1, int(math.sqrt(on_floor.size / (2 * _PIXELS))))
-    v, u = np.nonzero(on_floor[::stride, ::stride])
+    grid = on_floor[::stride, ::stride]
+    v, u = np.divmod(np.flatnonzero(grid), grid.shape[1])
     u, v = u * stride, v * stride
     d = disparity[v, u].astype(np.float64)
     a, b, c = ground.plane
