@@ -148,6 +148,12 @@ class Detection(_Table):
         low=0.01,
         high=1.0,
     )
+    least_area: float = setting(
+        0.0025,
+        "smallest outline that is reported [m²]: 3 cm by 8 cm stays, a blade of grass does not",
+        low=0.0,
+        high=1.0,
+    )
     low_height: float = setting(
         0.35,
         "what does not rise above this (kerbs, banks) does not join what does [m]",

@@ -176,6 +176,7 @@ class Pipeline:
             projection=self._rig.camera.projection,
             mount=self._rig.mount,
             least_height=detection.least_height,
+            least_area=detection.least_area,
             low_height=detection.low_height,
             least_pixels=detection.least_pixels,
             least_fill=detection.least_fill,

@@ -200,9 +200,10 @@ def _within(
 def _scores(pixels: _Pixels, planes: Float64, bump: float) -> Float64:
     """Count for each plane the pixels on it, less a share of those below it."""
     step = max(1, len(pixels.d) // _SCORED)
-    uv1, d = pixels.uv1[::step], pixels.d[::step].astype(np.float32)
-    # in double precision: some BLAS kernels take ten times as long for so narrow a float32 product
-    floor = (planes @ uv1.T).astype(np.float32)
+    d = pixels.d[::step].astype(np.float32)
+    # contiguous: BLAS takes a hundred times as long for a float32 product with a transposed view
+    uv1 = np.ascontiguousarray(pixels.uv1[::step].T, dtype=np.float32)
+    floor = planes.astype(np.float32) @ uv1
     scale = 1 / (0.6 + bump * d)
     residual = (d - floor) * scale
     # the floor just ahead counts most: what lies beyond may be another one

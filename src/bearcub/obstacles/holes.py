@@ -37,7 +37,7 @@ _VISIBLE = 0.8  # share of the visible depth from which on the bottom may be out
 _IMPOSSIBLE = 1.6  # times the visible depth, which its own errors allow for
 _RESUMED = 0.4  # of the tolerance: floor that lies lower still belongs to the drop
 _BORDERED = 0.6  # share of its columns in which floor must border it
-_LONGEST = 6.0  # ground that lies lower for longer is no pit but another floor [m]
+_LONGEST = 4.0  # ground that lies lower for longer is no pit but another floor [m]
 _DEEPEST = 10  # percentile of height that is called the bottom
 _STEEP = math.radians(20.0)  # a hole's walls are at least so steep
 _CLOSING = np.ones((7, 7), dtype=np.uint8)

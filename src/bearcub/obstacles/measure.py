@@ -195,4 +195,4 @@ def _near_face(
 def _chord(ranges: Float64, left: float, right: float) -> float:
     """Return the extent across the line of sight between the two silhouettes."""
     half = 0.5 * (right - left)
-    return float((ranges[0] + ranges[-1]) * math.tan(half))
+    return float((ranges[0] + ranges[-1]) * math.sin(half))

@@ -66,6 +66,8 @@ class ObstacleStage:
     mount : Mount
     least_height : float
         Lowest thing that is reported [m].
+    least_area : float
+        Smallest outline that is reported [m²].
     low_height : float
         What does not rise above it (kerbs, banks) does not join what does [m].
     least_pixels : int
@@ -91,6 +93,7 @@ class ObstacleStage:
     projection: Projection
     mount: Mount
     least_height: float
+    least_area: float
     low_height: float
     least_pixels: int
     least_fill: float
@@ -228,6 +231,8 @@ class ObstacleStage:
             return False  # a matcher's window alone makes a thing as wide as itself
         if extent.top < self.least_height or extent.distance > self.farthest:
             return False
+        if extent.width * extent.top < self.least_area:
+            return False  # a blade of grass
         if extent.top < self.low_height and extent.front < _RISEN * extent.top:
             return False  # ground that climbs
         if self._hangs(extent):
