@@ -160,7 +160,7 @@ class Detection(_Table):
         low=0.0,
         high=5.0,
     )
-    least_pixels: int = setting(30, "smallest thing that is reported [px]", low=3, high=10000)
+    least_pixels: int = setting(50, "smallest thing that is reported [px]", low=3, high=10000)
     least_fill: float = setting(
         0.25, "share of its outline that a thing's pixels must cover", low=0.0, high=1.0
     )

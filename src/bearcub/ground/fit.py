@@ -23,7 +23,7 @@ from bearcub.messages import Float32
 _TRIPLES = 250
 _SCORED = 800  # pixels a proposal is scored on
 _REFINED = 5000  # pixels the refinement uses
-_ANNEAL = (0.6, 0.5, 0.4, 0.4)  # assumed noise while the refinement closes in [px]
+_ANNEAL = (0.6, 0.4, 0.4)  # assumed noise while the refinement closes in [px]
 _NOISE = (0.1, 0.6)  # least and largest noise of a pixel that the refinement believes [px]
 _BELOW = 0.5  # what a pixel below the plane costs, in supporting pixels
 _NEAR = 0.3  # the floor just ahead reaches to this share of its nearest level
@@ -225,13 +225,15 @@ def _refine(
     """Sharpen a proposed plane on all pixels of the grid that lie near ahead."""
     lateral = (pixels.uv1[:, 0] - projection.cx) * projection.baseline / pixels.d
     aside = 1.0 / (1.0 + (lateral / _HALF_WIDTH) ** 2)
-    scale = _ANNEAL[0]
+    scale, nearest = _ANNEAL[0], 0.0
     for assumed in (*_ANNEAL, 0.0, 0.0):
         scale = assumed or scale
         floor = pixels.uv1 @ plane
         residual = pixels.d - floor
         width = np.hypot(scale, 0.5 * bump * pixels.d)
-        near, nearest = _near(floor, residual, width)
+        if nearest == 0.0:
+            nearest = _nearest(floor, residual, width)
+        near = floor > _NEAR * nearest
         weight = np.where(near, np.clip(1 - (residual / (_BIWEIGHT * width)) ** 2, 0, None), 0) ** 2
         weight *= (scale / width) ** 2 * aside
         weight *= np.clip(floor / (_CLOSE * nearest), 0, 1) ** 2
@@ -244,9 +246,8 @@ def _refine(
         except np.linalg.LinAlgError:
             return None
         inside = near & (np.abs(residual) < _BIWEIGHT * width)
-        scale = float(
-            np.clip(1.4826 * _weighted_median(np.abs(residual[inside]), aside[inside]), *_NOISE)
-        )
+        scale = 1.4826 * _weighted_median(np.abs(residual[inside]), aside[inside])
+        scale = min(max(scale, _NOISE[0]), _NOISE[1])
     allowed, _ = _within(plane[None], projection, prior, gates)
     if not allowed[0]:
         return None
@@ -259,14 +260,10 @@ def _weighted_median(values: Float64, weights: Float64) -> float:
     return float(values[order][np.searchsorted(total, 0.5 * total[-1])])
 
 
-def _near(
-    floor: Float64, residual: Float64, width: Float64
-) -> tuple["np.ndarray[tuple[int], np.dtype[np.bool_]]", float]:
-    """Tell the pixels of the floor just ahead, from its nearest seen level outwards."""
-    on = (np.abs(residual) < 3 * width) & (floor > 0)
-    nearest = float(np.percentile(floor[on], 98)) if on.any() else math.inf
-    near: np.ndarray[tuple[int], np.dtype[np.bool_]] = floor > _NEAR * nearest
-    return near, nearest
+def _nearest(floor: Float64, residual: Float64, width: Float64) -> float:
+    """Return the nearest level [px] at which floor is seen."""
+    on = floor[(np.abs(residual) < 3 * width) & (floor > 0)]
+    return float(np.percentile(on, 98)) if len(on) else math.inf
 
 
 def _summary(
@@ -276,7 +273,7 @@ def _summary(
     residual = pixels.d - floor
     width = np.hypot(scale, 0.5 * bump * pixels.d)
     on = np.abs(residual) < 3 * width
-    here, _ = _near(floor, residual, width)
+    here = floor > _NEAR * _nearest(floor, residual, width)
     normal = (pixels.uv1 * weight[:, None]).T @ pixels.uv1
     each = max(1.0, _CORRELATED / pixels.stride**2)
     covariance: Float64 = scale**2 * each * np.asarray(np.linalg.inv(normal), dtype=np.float64)

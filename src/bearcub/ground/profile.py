@@ -15,10 +15,11 @@ import numpy as np
 
 from bearcub.geometry import Float64, Projection
 from bearcub.messages import Float32
+from bearcub.robust import median, quantile
 
-_BINS = 48
+_BINS = 44
 _FARTHEST = 1.0  # least disparity of the floor that is followed [px]
-_PIXELS = 12000
+_PIXELS = 8000
 _HALF_WIDTH = 2.0  # of the way ahead [m]
 _LEAST = 12  # pixels of a bin
 _SHARE = 0.3  # of a bin's pixels that must lie on the profile
@@ -181,8 +182,8 @@ class _Tracker:
         if len(on) < max(_LEAST // 2, _SHARE * len(way)):
             self._ended = self._ended or self._stepped(way, low, high)
             return expected
-        middle = _median(on)
-        spread = 1.4826 * _median(np.abs(on - middle))
+        middle = median(on)
+        spread = 1.4826 * median(np.abs(on - middle))
         lift = self._height * middle / max(level + middle, 0.1)
         there = self._depth / max(level + middle, 0.1)
         doubt = 2.0 * self._height * spread / level * math.sqrt(_CORRELATED / len(on))
@@ -211,16 +212,9 @@ class _Tracker:
             return self._tail
         below = -residual[(residual < 0) & (residual > -3 * _LARGEST)]
         if len(below) >= max(_LEAST // 2, 0.1 * len(residual)):
-            rank = int(0.95 * (len(below) - 1))
-            tail = float(np.partition(below, rank)[rank]) / 1.96  # matchers' errors: heavy tails
+            tail = quantile(below, 0.95) / 1.96  # matchers' errors have heavy tails
             self._tail = min(max(tail, _SMALLEST), _LARGEST)
         return self._tail
-
-
-def _median(values: Float64) -> float:
-    """Return the middle value; NumPy's own median costs several times the sorting."""
-    middle = len(values) // 2
-    return float(np.partition(values, middle)[middle])
 
 
 def _never_better_far(noises: Float64) -> Float64:

@@ -1,13 +1,15 @@
 """The floor as a picture: its disparity, and how far from it a pixel may lie and still be floor."""
 
+import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from bearcub.geometry import Float64
 from bearcub.messages import Float32, Ground
 
-_FINE = 16  # steps per pixel of the tables by level
+_COARSE = 4  # pixels of a cell of the grid on which bend and noise are looked up
 _BORDER_SHARE = 0.5  # the floor's own uncertainty is taken in the lower half of the image
 
 
@@ -31,7 +33,7 @@ def floor_surface(ground: Ground, shape: tuple[int, int]) -> Surface:
     """Return the floor's disparity and noise at every pixel.
 
     The plane's own disparity (the level) is the coordinate of bend and noise: both are looked up
-    in tables with sixteen steps per pixel of it.
+    on a coarse grid, since they change slowly, and enlarged.
 
     Parameters
     ----------
@@ -43,17 +45,23 @@ def floor_surface(ground: Ground, shape: tuple[int, int]) -> Surface:
     -------
     Surface
     """
-    level = _plane(ground, shape)
+    floor = _plane(ground, shape)
     own = floor_sigma(ground, shape)
     if len(ground.knots) == 0:
-        noise = np.float32(np.hypot(ground.noise, own))
-        return Surface(floor=level, noise=np.full(shape, noise, dtype=np.float32))
-    steps = np.arange(0, max(1.0, float(level.max())) + 1.0, 1 / _FINE)
-    index = (level * np.float32(_FINE)).astype(np.int32)
-    bend = bend_at(ground, steps).astype(np.float32)
-    noise_table = np.hypot(np.interp(steps, ground.knots, ground.knot_noise), own)
-    level += np.take(bend, index, mode="clip")
-    return Surface(floor=level, noise=np.take(noise_table.astype(np.float32), index, mode="clip"))
+        even = np.full(shape, math.hypot(ground.noise, own), dtype=np.float32)
+        return Surface(floor=floor, noise=even)
+    coarse = (max(1, shape[0] // _COARSE), max(1, shape[1] // _COARSE))
+    level = _full_size(floor, (coarse[1], coarse[0]), cv2.INTER_LINEAR)
+    noise = np.hypot(np.interp(level, ground.knots, ground.knot_noise), own).astype(np.float32)
+    bend = bend_at(ground, level.astype(np.float64)).astype(np.float32)
+    size = (shape[1], shape[0])
+    floor += _full_size(bend, size, cv2.INTER_LINEAR)
+    return Surface(floor=floor, noise=_full_size(noise, size, cv2.INTER_LINEAR))
+
+
+def _full_size(image: Float32, size: tuple[int, int], interpolation: int) -> Float32:
+    """Return `image` at another (width, height), pixel centres kept in place."""
+    return np.asarray(cv2.resize(image, size, interpolation=interpolation), dtype=np.float32)
 
 
 def floor_disparity(ground: Ground, shape: tuple[int, int]) -> Float32:

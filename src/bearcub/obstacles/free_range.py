@@ -9,7 +9,7 @@ from bearcub.geometry import Float64
 from bearcub.messages import FreeRange, Layers, Limit, Obstacle, Pixel, Terrain
 from bearcub.obstacles.measure import View
 
-_PIXELS = 10000
+_PIXELS = 6000
 _CELLS = 64  # of range between nothing and the farthest, each as much longer as it is farther
 _NEAREST = 0.2  # least range told [m]
 _GAP = 3  # cells without floor that end the way: floor unseen is not free

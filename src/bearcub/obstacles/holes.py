@@ -162,18 +162,24 @@ class _Region:
 def _regions(below: Bool, sorting: Sorting) -> Iterator[_Region]:
     """Yield connected regions grown from `below` to the rim."""
     height, width = below.shape
-    closed = cv2.morphologyEx(below.astype(np.uint8), cv2.MORPH_CLOSE, _CLOSING)
+    # a first look at half the resolution: most frames have no hole
+    coarse = np.ascontiguousarray(below[::2, ::2]).view(np.uint8)
+    closed = cv2.morphologyEx(coarse, cv2.MORPH_CLOSE, _CLOSING[:5, :5])
     count, parts, stats, _ = cv2.connectedComponentsWithStatsWithAlgorithm(
         closed, 8, cv2.CV_32S, cv2.CCL_SAUF
     )
     for number in range(1, count):
-        left, top, wide, high, area = (int(value) for value in stats[number])
+        left, top, wide, high = (2 * int(value) for value in stats[number][:4])
+        area = 4 * int(stats[number][cv2.CC_STAT_AREA])
         if area < _LEAST_PIXELS or wide < _LEAST_COLUMNS or high < _LEAST_ROWS:
             continue
         margin = max(8, wide // 3, high // 2)
         rows = slice(max(0, top - margin), min(height, top + high + margin))
         columns = slice(max(0, left - margin), min(width, left + wide + margin))
-        seed = parts[rows, columns] == number
+        at = np.ix_(
+            np.arange(rows.start, rows.stop) // 2, np.arange(columns.start, columns.stop) // 2
+        )
+        seed = parts[at] == number
         residual = sorting.residual[rows, columns]
         strong = seed & below[rows, columns]
         if np.count_nonzero(strong) < 0.3 * area:

@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 
 from bearcub.geometry import Float64, Projection
 from bearcub.messages import Float32
+from bearcub.robust import median, quantile
 
 _SIDE = 0.15  # share of a typical column's pixels at which a thing ends to the sides
 _TOP = 0.35  # share of a typical row's pixels at which it ends above and below
 _STEP = 0.15  # what rises over a longer way is sloping ground [m]
-_PIXELS = 20000  # that tell all there is to tell
+_PIXELS = 10000  # that tell all there is to tell
 _BLOCK = 25.0  # neighbouring pixels of a matcher that err together
 
 
@@ -73,6 +74,7 @@ def measure(
     v: Index,
     disparity: Float32,
     *,
+    stride: int,
     noise: float,
     bias: float,
     fattening: float,
@@ -86,6 +88,8 @@ def measure(
         Columns and rows of the thing's pixels [px].
     disparity : ndarray of float32, shape (N,)
         [px].
+    stride : int
+        They are every `stride`-th pixel in both directions.
     noise : float
         1-sigma of a pixel's disparity [px], independent between patches.
     bias : float
@@ -98,12 +102,13 @@ def measure(
     Extent
     """
     step = max(1, len(u) // _PIXELS) | 1  # odd, or it would walk along columns
+    weight = step * stride**2
     u, v, disparity = u[::step], v[::step], disparity[::step]
     p = view.points(u.astype(np.float64), v.astype(np.float64), disparity.astype(np.float64))
     bearing = np.arctan2(p[:, 1], p[:, 0])
     reach = np.hypot(p[:, 0], p[:, 1])
     pixel = 1.0 / view.projection.fx
-    left, right = _ends(bearing, pixel, share=_SIDE)
+    left, right = _ends(bearing, stride * pixel, share=_SIDE)
     edge = fattening * pixel
     narrow = right - left <= 2 * edge + pixel
     if not narrow:
@@ -113,12 +118,12 @@ def measure(
     nearest = int(np.argmin(ranges))
     distance = float(ranges[nearest])
     d_near = float(view.projection.fx * view.projection.baseline / max(distance, 1e-6))
-    spread = math.sqrt(noise**2 * _BLOCK / max(step * counts[nearest], _BLOCK) + bias**2)
+    spread = math.sqrt(noise**2 * _BLOCK / max(weight * counts[nearest], _BLOCK) + bias**2)
     sigma_distance = distance * spread / d_near
     width = 0.0 if narrow else _chord(ranges, left, right)
     edge = math.hypot(0.7, 0.5 * fattening) * pixel
-    row = float(np.median(reach)) * pixel
-    low, high = _ends(p[:, 2], row, share=_TOP)
+    row = median(reach) * pixel
+    low, high = _ends(p[:, 2], stride * row, share=_TOP)
     high = max(high - fattening * row, low + row)
     front = p[reach < distance + _STEP + 3 * sigma_distance, 2]
     drop = abs(view.origin[2] - high)
@@ -130,8 +135,8 @@ def measure(
         width=width,
         top=high,
         bottom=low,
-        fill=float(step * np.sum((reach * pixel) ** 2)) / max(width * (high - low), 1e-6),
-        front=float(np.percentile(front, 90)) if len(front) else low,
+        fill=float(weight * np.sum((reach * pixel) ** 2)) / max(width * (high - low), 1e-6),
+        front=quantile(front, 0.9) if len(front) else low,
         sigma_distance=sigma_distance,
         sigma_bearing=edge / math.sqrt(2),
         sigma_width=math.hypot(math.sqrt(2) * edge * distance, width * spread / d_near),
@@ -149,7 +154,7 @@ def _ends(values: Float64, step: float, *, share: float) -> tuple[float, float]:
     bins = np.floor((values - start) / step).astype(np.int64)
     counts = np.bincount(bins).astype(np.float64)
     counts = np.append(counts, 0.0)
-    typical = float(np.percentile(counts[counts > 0], 50))
+    typical = median(counts[counts > 0])
     threshold = max(share * typical, 0.5)
     first, last = _main_run(counts, threshold)
     # the edge bin is partly covered: its share of the typical count is the covered part
@@ -182,7 +187,7 @@ def _near_face(
     counts = np.bincount(group, minlength=groups)
     ends = np.cumsum(counts)
     middle = ends - (counts + 1) // 2
-    used = counts > 0.25 * np.median(counts)
+    used = counts > 0.25 * median(counts)
     sorted_reach = reach[order]
     ranges = sorted_reach[middle[used]]
     directions = left + (np.flatnonzero(used) + 0.5) * (right - left) / groups

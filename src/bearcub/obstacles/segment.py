@@ -6,13 +6,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from bearcub.geometry import Projection
-from bearcub.messages import Bool, Float32, Int32, UInt8
+from bearcub.geometry import Float64, Projection
+from bearcub.messages import Bool, Float32, Int32
 from bearcub.obstacles.histograms import _LUT, Levels, column_histogram
 
 Index = NDArray[np.int64]
 
-_FOOT = np.ones((5, 7), dtype=np.uint8)  # levels and columns around a thing that are still its
+_LARGE = 200_000  # pixels of an image that is segmented at half its resolution
+_MANY = 2500  # pixels at half resolution that tell as much as all
+# levels and columns around a thing that are still its, at full and at half resolution
+_FOOT = (np.ones((5, 7), dtype=np.uint8), np.ones((5, 5), dtype=np.uint8))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,12 +26,16 @@ class Segments:
     ----------
     labels : ndarray of int32, shape (H, W)
         1.. for the pixels of each peak, 0 elsewhere.
-    members : tuple of ndarray of int64
-        Flat indices (row * W + column) of the pixels of each.
+    members : tuple of (ndarray of int64, ndarray of int64)
+        Columns and rows of the pixels of each: of every pixel, or of every `stride`-th in both
+        directions where they are many.
+    stride : tuple of int
+        1, or the stride of `members`, for each.
     """
 
     labels: Int32
-    members: tuple[Index, ...]
+    members: tuple[tuple[Index, Index], ...]
+    stride: tuple[int, ...]
 
 
 def segment(
@@ -76,40 +83,65 @@ def segment(
     -------
     Segments
     """
-    rows, width = disparity.shape
+    step = 2 if disparity.size > _LARGE else 1
+    d_grid, floor_grid = disparity[::step, ::step], floor[::step, ::step]
+    rows, width = d_grid.shape
     scale = Levels(width=0.25, knee=16.0, largest=nearest_level)
-    index = np.flatnonzero(standing)
-    d = disparity.ravel()[index]
-    inside = (d >= farthest_level) & (d <= nearest_level)
-    if not inside.all():
-        index, d = index[inside], d[inside]
-    column, wide = _upright_columns(index, rows, width, projection.cy, lean)
+    inside = standing & (disparity >= farthest_level) & (disparity <= nearest_level)
+    counts = inside[::step, ::step]
+    index = np.flatnonzero(counts)
+    d = d_grid[counts]
+    column, wide = _upright_columns(index, rows, width, projection.cy / step, lean)
     cell = scale.table()[(d * _LUT).astype(np.int32)]
     cell *= wide
     cell += column
-    tall = d * np.float32(1 - low_height / camera_height) > floor.ravel()[index]
-    shape = (scale.count, wide)
-    components, things = _components(
-        cell[tall], shape, scale, projection, least_height, gap_columns
+    tall = d * np.float32(1 - low_height / camera_height) > floor_grid[counts]
+    peaks = _PeakFinder(
+        scale=scale,
+        least_rows=np.maximum(3.0, 0.5 * least_height * scale.centres() / projection.baseline)
+        / step,
+        width=wide,
+        gap=(gap_columns + 1) // step,
     )
-    around = cv2.dilate(components.astype(np.uint16), _FOOT)
+    components, things = peaks.components(cell[tall])
+    around = cv2.dilate(components.astype(np.uint16), _FOOT[step - 1])
     number = around.ravel()[cell].astype(np.int32)
     loose = number == 0
     if np.count_nonzero(loose) > 0:
-        others, more = _components(cell[loose], shape, scale, projection, least_height, gap_columns)
+        others, more = peaks.components(cell[loose])
         found = others.ravel()[cell[loose]]
         number[loose] = np.where(found > 0, found + things, 0)
         things += more
     labels = np.zeros(rows * width, dtype=np.int32)
     labels[index] = number
-    return Segments(labels=labels.reshape(rows, width), members=_members(index, number, things))
+    grid = labels.reshape(rows, width)
+    if step > 1:
+        size = (disparity.shape[1], disparity.shape[0])
+        grid = np.asarray(cv2.resize(grid, size, interpolation=cv2.INTER_NEAREST), dtype=np.int32)
+        grid *= inside
+    return _gathered(grid, index, number, things, width, step)
 
 
-def _members(index: Index, number: Int32, things: int) -> tuple[Index, ...]:
-    """Return the elements of `index` of every number from 1 to `things`."""
+def _gathered(
+    labels: Int32, index: Index, number: Int32, things: int, width: int, step: int
+) -> Segments:
+    """List the pixels of every thing: all of a small one's, every `step`-th of a large one's."""
     order = np.argsort(number.astype(np.uint16), kind="stable")  # 16 bits: a radix sort
     ends = np.cumsum(np.bincount(number, minlength=things + 1))
-    return tuple(index[order[ends[k - 1] : ends[k]]] for k in range(1, things + 1))
+    members, strides = [], []
+    for k in range(1, things + 1):
+        v, u = np.divmod(index[order[ends[k - 1] : ends[k]]], width)
+        few = step > 1 and 0 < len(u) < _MANY
+        if few:
+            top, left = step * int(v.min()), step * int(u.min())
+            window = labels[top : step * int(v.max()) + step, left : step * int(u.max()) + step]
+            v, u = np.divmod(np.flatnonzero(window == k), window.shape[1])
+            v, u = v + top, u + left
+        else:
+            v, u = step * v, step * u
+        members.append((u, v))
+        strides.append(1 if few else step)
+    return Segments(labels=labels, members=tuple(members), stride=tuple(strides))
 
 
 def _upright_columns(
@@ -123,27 +155,33 @@ def _upright_columns(
     return upright.ravel()[index], width + int(shift.max() - shift.min())
 
 
-def _components(
-    cell: Int32,
-    shape: tuple[int, int],
-    scale: Levels,
-    projection: Projection,
-    least_height: float,
-    gap_columns: int,
-) -> tuple[Int32, int]:
-    """Return the numbered peaks of the histogram of `cell`, and how many there are."""
-    counts = column_histogram(cell, count=shape[0], width=shape[1])
-    peaks = _peaks(counts, scale, projection, least_height, gap_columns)
-    count, components = cv2.connectedComponents(peaks, connectivity=8, ltype=cv2.CV_32S)
-    return np.asarray(components, dtype=np.int32), count - 1
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _PeakFinder:
+    """Finds the connected peaks of a column histogram.
 
+    Attributes
+    ----------
+    scale : Levels
+    least_rows : ndarray of float64, shape (count,)
+        Rows that make a peak, by level.
+    width : int
+        Columns of the histogram.
+    gap : int
+        Columns without a match that a thing may have.
+    """
 
-def _peaks(
-    counts: Float32, scale: Levels, projection: Projection, least_height: float, gap_columns: int
-) -> UInt8:
-    """Mark the cells whose neighbourhood of levels holds enough rows, small gaps closed."""
-    around = cv2.boxFilter(counts, -1, (1, 5), normalize=False, borderType=cv2.BORDER_CONSTANT)
-    rows = np.maximum(3.0, 0.5 * least_height * scale.centres() / projection.baseline)
-    peaks = ((around >= rows[:, None].astype(np.float32)) & (counts > 0)).astype(np.uint8)
-    kernel = np.ones((3, 2 * gap_columns + 1), dtype=np.uint8)
-    return np.asarray(cv2.morphologyEx(peaks, cv2.MORPH_CLOSE, kernel), dtype=np.uint8)
+    scale: Levels
+    least_rows: Float64
+    width: int
+    gap: int
+
+    def components(self, cell: Int32) -> tuple[Int32, int]:
+        """Return the numbered peaks of the histogram of `cell`, and how many there are."""
+        counts = column_histogram(cell, count=self.scale.count, width=self.width)
+        around = cv2.boxFilter(counts, -1, (1, 5), normalize=False, borderType=cv2.BORDER_CONSTANT)
+        enough = around >= self.least_rows[:, None].astype(np.float32)
+        peaks = (enough & (counts > 0)).astype(np.uint8)
+        kernel = np.ones((3, 2 * self.gap + 1), dtype=np.uint8)
+        closed = cv2.morphologyEx(peaks, cv2.MORPH_CLOSE, kernel)
+        count, components = cv2.connectedComponents(closed, connectivity=8, ltype=cv2.CV_32S)
+        return np.asarray(components, dtype=np.int32), count - 1

@@ -198,31 +198,39 @@ class ObstacleStage:
         """Measure every segment; number those that count from the nearest."""
         d = disparity.disparity
         found = []
-        for number, members in enumerate(segments.members, start=1):
-            if len(members) < self.least_pixels:
+        for number, (u, v) in enumerate(segments.members, start=1):
+            stride = segments.stride[number - 1]
+            pixels = stride**2 * len(u)
+            if pixels < self.least_pixels:
                 continue
-            v, u = np.divmod(members, d.shape[1])
-            if len(u) < _SMALL and _mixed(d, segments.labels, number, u, v):
+            if pixels < _SMALL and _mixed(d, segments.labels, number, u, v):
                 continue
             extent = measure(
                 view,
                 u,
                 v,
                 d[v, u],
+                stride=stride,
                 noise=ground.noise,
                 bias=self.bias,
                 fattening=disparity.fattening,
             )
             if self._hangs(extent) and _hidden_below(d, segments.labels, number, u, v):
                 extent = replace(extent, bottom=0.0)  # its foot is out of sight
-            if self._counts(extent, len(u)) and _confirmed(witness, disparity, sorting, u, v):
-                found.append((extent, members, _box(u, v)))
+            if self._counts(extent, pixels) and (
+                pixels > _LARGE or _confirmed(witness, disparity, sorting, u, v)
+            ):
+                found.append((extent, number, _box(u, v, stride, d.shape)))
         found.sort(key=lambda item: item[0].distance)
         labels = np.zeros(d.shape, dtype=np.int32)
         obstacles = []
-        for identity, (extent, members, box) in enumerate(found, start=1):
-            labels.ravel()[members] = identity
-            obstacles.append(self._obstacle(identity, extent, box, len(members), d.shape))
+        for identity, (extent, number, box) in enumerate(found, start=1):
+            left, top, right, bottom = box
+            window = np.s_[top : bottom + 1, left : right + 1]
+            own = segments.labels[window] == number
+            np.copyto(labels[window], identity, where=own)
+            count = int(np.count_nonzero(own))
+            obstacles.append(self._obstacle(identity, extent, box, count, d.shape))
         return tuple(obstacles), labels
 
     def _counts(self, extent: Extent, pixels: int) -> bool:
@@ -286,7 +294,7 @@ def _confirmed(
     witness: Witness | None, disparity: DisparityMap, sorting: Sorting, u: Index, v: Index
 ) -> bool:
     """Ask the images whether a thing's disparities explain them better than the floor's."""
-    if witness is None or len(u) > _LARGE:
+    if witness is None:
         return True
     shift = np.float32(disparity.offset)
     floor = np.maximum(sorting.floor[v, u], 0)
@@ -311,8 +319,9 @@ def _hidden_below(d: Float32, labels: Int32, number: int, u: Index, v: Index) ->
     return len(np.unique(u[hidden])) > 0.5 * len(np.unique(u))
 
 
-def _box(u: Index, v: Index) -> tuple[int, int, int, int]:
-    return int(u.min()), int(v.min()), int(u.max()), int(v.max())
+def _box(u: Index, v: Index, stride: int, shape: tuple[int, int]) -> tuple[int, int, int, int]:
+    right, bottom = int(u.max()) + stride - 1, int(v.max()) + stride - 1
+    return int(u.min()), int(v.min()), min(right, shape[1] - 1), min(bottom, shape[0] - 1)
 
 
 def _cut(box: tuple[int, int, int, int], shape: tuple[int, int]) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from bearcub.messages import DisparityMap, Float32, UInt8
 
 _WINDOW = (11, 11)  # the brightness of a neighbourhood is no evidence: the cameras may differ in it
 _SAMPLES = 1500
-_BETTER = 0.8  # share of the floor's disagreement that a claim may leave
+_BETTER = 0.7  # share of the floor's disagreement that a claim may leave
 
 Index = NDArray[np.int64]
 

@@ -4,6 +4,7 @@ Everything behind this module is float32 pixels, NaN where unmatched and 0 at in
 """
 
 import math
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bearcub.errors import FormatError, InputError
-from bearcub.messages import Bool, Float32
+from bearcub.messages import Bool, Float32, Int32
 
 
 class Encoding(StrEnum):
@@ -42,6 +43,9 @@ class Encoding(StrEnum):
     DEPTH_MM = "depth_mm"
     DEPTH_M = "depth_m"
 
+
+MANY_JUMPS = 0.5
+"""Share of jumps (see `Reading`) that no disparity map has."""
 
 _LARGEST = 1e6  # px; a larger number, infinity among them, is no measurement
 
@@ -142,23 +146,76 @@ def encode(disparity: Float32, encoding: Encoding, *, name: str) -> NDArray[Any]
     return np.where(known, codes, invalid).astype(dtype)
 
 
-def is_little_endian(values: NDArray[np.uint16]) -> bool:
-    """Tell whether 8.8 disparities read as big-endian were in truth written little-endian.
+@dataclass(frozen=True, slots=True, kw_only=True, order=True)
+class Reading:
+    """How 8.8 words look when read in one byte order; the order with the smaller one is right.
 
-    PGM is big-endian, but programs that dump a PC's memory behind a PGM header are common. The
-    right order has more words that can be a disparity (whole part 1 to 240, or 0xFF for invalid)
-    and, where that does not tell them apart, fewer distinct whole parts than distinct fractions.
+    Attributes
+    ----------
+    fractional : bool
+        False for whole pixels alone, among which neighbours agree. First, because in the other
+        order they are fractions alone, which are smooth whatever the scene.
+    jumps : float
+        Share of neighbours more than 2 px apart, or at the impossible 240 px and above, along rows
+        or columns, whichever is more. The wrong order makes whole parts of fractions.
+    measured : float
+        Share of the words that are no code for "not measured".
+    levels : int
+        Distinct whole parts.
+    """
+
+    fractional: bool
+    jumps: float
+    measured: float
+    levels: int
+
+
+def read_both_ways(values: NDArray[np.uint16]) -> tuple[Reading, Reading]:
+    """Judge 8.8 words of shape (H, W), read as big-endian, in this order and in the other.
+
+    PGM is big-endian, but programs that dump a PC's memory behind a PGM header are common.
+
+    Returns
+    -------
+    big, little : Reading
+    """
+    high, low = (byte.astype(np.int32) for byte in divmod(values, 256))
+    # In either order a byte 0xFF may stand for "not measured", so that both are judged without.
+    usable = (high < 255) & (low < 255)
+    return _reading(high, low, usable), _reading(low, high, usable)
+
+
+def is_little_endian(values: NDArray[np.uint16]) -> bool:
+    """Tell whether 8.8 words read as big-endian were in truth written little-endian.
+
     A draw is big-endian.
     """
-    high, low = (np.bincount(byte.ravel(), minlength=256) for byte in divmod(values, 256))
-    gain = _plausible(whole=low) - _plausible(whole=high)
-    if abs(gain) > 0.01:
-        return gain > 0
-    return bool(np.count_nonzero(low) < np.count_nonzero(high))
+    big, little = read_both_ways(values)
+    return little < big
 
 
-def _plausible(*, whole: NDArray[np.int64]) -> float:
-    return float((whole[1:241].sum() + whole[255]) / whole.sum())
+def _reading(whole: Int32, fraction: Int32, usable: Bool) -> Reading:
+    words = 256 * whole + fraction
+    jumps = max(
+        _jumping(words[1:], words[:-1], usable[1:] & usable[:-1]),
+        _jumping(words[:, 1:], words[:, :-1], usable[:, 1:] & usable[:, :-1]),
+    )
+    wholes, fractions = (int(np.count_nonzero(byte[usable])) for byte in (whole, fraction))
+    return Reading(
+        fractional=fractions >= 0.01 * wholes or jumps > MANY_JUMPS,
+        jumps=jumps,
+        measured=_share(whole < 255),
+        levels=int(np.count_nonzero(np.bincount(whole.ravel()))),
+    )
+
+
+def _jumping(words: Int32, neighbours: Int32, usable: Bool) -> float:
+    apart = np.abs(words - neighbours) > 2 * 256
+    return _share((apart | (words >= 240 * 256))[usable])
+
+
+def _share(which: Bool) -> float:
+    return float(np.count_nonzero(which) / max(which.size, 1))
 
 
 def _require_stored(values: NDArray[Any], encoding: Encoding, *, name: str) -> None:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from bearcub.errors import FormatError, InputError
 from bearcub.messages import Float32
-from bearcub.stereo.encodings import Encoding, decode, encode, is_little_endian
+from bearcub.stereo.encodings import MANY_JUMPS, Encoding, decode, encode, read_both_ways
 from bearcub.stereo.pfm import encode_pfm, parse_pfm
 from bearcub.stereo.pgm import encode_pgm, parse_pgm
 
@@ -51,7 +51,8 @@ class DisparityFile:
     encoding : Encoding
         As read, never `Encoding.AUTO`.
     note : str
-        One line for the user on what had to be guessed; empty when nothing had to be.
+        One line for the user on what had to be guessed, or on what was asked for but looks wrong;
+        empty when there is neither.
     """
 
     disparity: Float32
@@ -82,7 +83,7 @@ def read_disparity(
     encoding : Encoding or str
         What the numbers mean; see the table in `Encoding`.
     byte_order : {"auto", "big", "little"}
-        Of a 16-bit PGM; `auto` decides by what can be a disparity.
+        Of a 16-bit PGM; `auto` decides for 8.8 words by what can be a disparity map.
     offset : float
         Added to every disparity [px]: the smallest disparity of a Triclops extended range.
     minimum : int
@@ -99,7 +100,7 @@ def read_disparity(
     Raises
     ------
     FormatError
-        If the file is not what its suffix or `encoding` says, or is damaged.
+        If the file is not what its suffix, `encoding` or `byte_order` says, or is damaged.
     InputError
         If it cannot be read, or `encoding` is unknown or lacks a number.
     """
@@ -207,10 +208,33 @@ def _read_pgm(
     if not wide or data.startswith(b"P2"):
         return pgm.values, found, ""
     words = pgm.values.astype(np.uint16)
-    guess = byte_order == "auto" and found is Encoding.POINTGREY16
-    little = is_little_endian(words) if guess else byte_order == "little"
-    note = f"read as {'little' if little else 'big'}-endian" if guess else ""
-    return words.byteswap() if little else words, found, note
+    if found is not Encoding.POINTGREY16:
+        return words.byteswap() if byte_order == "little" else words, found, ""
+    order, note = _settle_order(words, byte_order, name=name)
+    return words.byteswap() if order == "little" else words, found, note
+
+
+def _settle_order(
+    words: NDArray[np.uint16], wanted: ByteOrder, *, name: str
+) -> tuple[ByteOrder, str]:
+    """Return the byte order to read in, and a note; raise when it cannot be the one wanted."""
+    big, little = read_both_ways(words)
+    likely: ByteOrder = "little" if little < big else "big"
+    if wanted == "auto":
+        return likely, f"read as {likely}-endian"
+    if wanted == likely:
+        return wanted, ""
+    asked, other = (big, little) if wanted == "big" else (little, big)
+    if asked.jumps > MANY_JUMPS and other.jumps < asked.jumps / 2:
+        raise FormatError(
+            f"{name}: read as {wanted}-endian, as asked for, {100 * asked.jumps:.0f} % of the "
+            f"disparities jump from their neighbours, expected at most {100 * MANY_JUMPS:.0f} %; "
+            f"it looks like {likely}-endian, where {100 * other.jumps:.0f} % do"
+        )
+    if other.fractional == asked.fractional and other.jumps > asked.jumps - 0.1:
+        return wanted, ""  # a guess no better than the user's
+    note = f"looks like {likely}-endian; read as {wanted}-endian because it was asked for"
+    return wanted, note
 
 
 def _load(data: bytes, suffix: str, *, name: str) -> NDArray[Any]:
