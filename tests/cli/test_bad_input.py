@@ -1,12 +1,15 @@
 """Everything a user can get wrong: one sentence on stderr, exit code 2, no traceback."""
 
 import itertools
+import json
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 import pytest
+
+from bearcub.stereo.pgm import encode_pgm, parse_pgm
 
 WRONG_RIGS = [
     ("baseline = 0.12", "baseline = 120.0", "camera.baseline = 120 m", "millimetres"),
@@ -83,6 +86,28 @@ def test_a_map_mangled_by_line_end_conversion_is_named(
     _refused(outcome, path, "CR LF", "binary mode")
 
 
+def test_a_wrong_byte_order_is_named(bearcub: Any, files: Any) -> None:
+    outcome = bearcub(
+        "detect", "--disparity", files.disparity, "--rig", files.rig, "--byte-order", "little"
+    )
+    _refused(outcome, files.disparity, "read as little-endian", "looks like big-endian")
+
+
+def test_a_map_in_the_other_byte_order_is_recognised(
+    bearcub: Any, files: Any, tmp_path: Path
+) -> None:
+    path = tmp_path / "swapped.pgm"
+    words = parse_pgm(Path(files.disparity).read_bytes(), name="disparity").values
+    path.write_bytes(encode_pgm(words.byteswap()))
+    answers = []
+    for given in (files.disparity, path):
+        outcome = bearcub("detect", "--disparity", given, "--rig", files.rig, "--json")
+        assert outcome.code == 0
+        answers.append(json.loads(outcome.out))
+    assert f"{path}: read as little-endian" in outcome.err
+    assert answers[0]["obstacles"] == answers[1]["obstacles"] != []
+
+
 def test_a_map_without_any_match_is_named(bearcub: Any, files: Any, tmp_path: Path) -> None:
     path = tmp_path / "empty.npy"
     np.save(path, np.full((240, 320), np.nan, dtype=np.float32))
@@ -107,6 +132,26 @@ def test_an_unknown_encoding_lists_the_known(bearcub: Any, files: Any) -> None:
 def test_a_swapped_pair_is_told(bearcub: Any, files: Any) -> None:
     outcome = bearcub("detect", files.right, files.left, "--rig", files.rig)
     _refused(outcome, "other order", files.right)
+
+
+@pytest.mark.parametrize("swapped", [True, False])
+def test_an_upside_down_pair_is_told(
+    bearcub: Any, files: Any, tmp_path: Path, *, swapped: bool
+) -> None:
+    """Cameras hung upside down see the pair turned and swapped; software may only turn it."""
+    left, right = (tmp_path / name for name in ("left.png", "right.png"))
+    cv2.imwrite(str(left), files.rendered.left[::-1, ::-1].copy())
+    cv2.imwrite(str(right), files.rendered.right[::-1, ::-1].copy())
+    pair = (right, left) if swapped else (left, right)
+    outcome = bearcub("detect", *pair, "--rig", files.rig)
+    _refused(outcome, *pair, "180 degrees", "upside down")
+
+
+def test_an_upside_down_map_is_told(bearcub: Any, files: Any, tmp_path: Path) -> None:
+    path = tmp_path / "turned.npy"
+    np.save(path, files.rendered.disparity[::-1, ::-1].copy())
+    outcome = bearcub("detect", "--disparity", path, "--rig", files.rig)
+    _refused(outcome, path, "floor is at the top", "upside down")
 
 
 @pytest.mark.parametrize(("right", "wrong", "found", "hint"), WRONG_RIGS)
@@ -156,7 +201,9 @@ def test_a_wrong_option_is_named(
 
 def test_a_tilt_in_radians_is_told_by_the_floor(bearcub: Any) -> None:
     # The sample's robot is rolled by 12 deg, 0.2094 rad.
-    _refused(bearcub("detect", "--roll", "0.2094"), "--roll 0.2094", "12.0 deg", "radians")
+    for pitch in ("0", "0.1"):
+        outcome = bearcub("detect", "--pitch", pitch, "--roll", "0.2094")
+        _refused(outcome, "--roll 0.2094", "12.0 deg", "radians")
 
 
 def test_a_tilt_file_in_radians_is_told_by_the_floor(bearcub: Any, tmp_path: Path) -> None:

@@ -67,6 +67,17 @@ def test_pictures_shrink_by_area_and_the_rig_by_pixel_centres() -> None:
     assert shot.source == "the input"
 
 
+def test_a_rig_of_another_size_is_scaled_and_that_is_said_once() -> None:
+    image = np.zeros((96, 128), dtype=np.uint8)
+    frames = [Frame(name=n, index=0, stamp_ns=0, left=image, right=image) for n in "ab"]
+    first, second = _feed(*frames)
+    assert first.notes == ("the rig: is for 64 x 48 px and scaled to the images' 128 x 96",)
+    assert second.notes == ()
+    assert second.rig.camera.fx == 80.0
+    (shrunk,) = _feed(frames[0], scale=0.5)  # it is the size before shrinking that counts
+    assert shrunk.notes == first.notes
+
+
 def test_disparity_shrinks_without_mixing_near_and_far(tmp_path: Path) -> None:
     disparity = np.full((48, 64), 8.0, dtype=np.float32)
     disparity[:, 32:] = 2.0

@@ -63,6 +63,13 @@ def test_radians_are_told_when_they_fit_the_floor(pitch_deg: float, roll_deg: fl
         require_degrees(mistaken, _floor(pitch_deg=pitch_deg, roll_deg=roll_deg), MOUNT)
 
 
+def test_one_axis_in_radians_tells_when_the_other_is_wrong() -> None:
+    # 0.2094 rad are the 12 deg of the floor; 0.1 rad would be 5.7 deg of pitch, not 0
+    mistaken = tilt_from_degrees(0.1, 0.2094)
+    with pytest.raises(InputError, match=r"--roll 0.2094: .* shows 12.0 deg.* in radians"):
+        require_degrees(mistaken, _floor(pitch_deg=0.0, roll_deg=12.0), MOUNT)
+
+
 @pytest.mark.parametrize(
     ("pitch_deg", "roll_deg", "true_pitch_deg"),
     [

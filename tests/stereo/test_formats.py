@@ -2,8 +2,9 @@
 
 import contextlib
 import io
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import cv2
 import numpy as np
@@ -14,7 +15,9 @@ from numpy.typing import NDArray
 
 from bearcub.errors import BearcubError, FormatError, InputError
 from bearcub.messages import Float32
-from bearcub.stereo.encodings import Encoding, decode, is_little_endian
+from bearcub.sim.render import render
+from bearcub.sim.scenes import garbage_can, paper_rig
+from bearcub.stereo.encodings import Encoding, decode, is_little_endian, read_both_ways
 from bearcub.stereo.formats import read_disparity, write_disparity
 from bearcub.stereo.pgm import encode_pgm
 
@@ -82,23 +85,66 @@ def test_an_array_of_another_type_is_refused_with_both_types() -> None:
         decode(np.zeros((2, 2, 3), np.uint8), Encoding.INTEGER, name="x")
 
 
+def fixed_point(disparity: NDArray[Any], *, steps: int = 256) -> NDArray[np.uint16]:
+    """Return 8.8 words rounded to so many steps a pixel."""
+    words = np.rint(np.clip(disparity, 0, 239) * steps) * (256 // steps)
+    return np.asarray(words, dtype=np.uint16)
+
+
 @given(
     slope=st.floats(0.02, 0.5),
-    start=st.floats(1.0, 60.0),
+    start=st.floats(0.0, 60.0),
     invalid=st.floats(0.0, 0.6),
+    code=st.sampled_from([0xFFFF, 0xFF00, 0xFF10]),
     steps=st.sampled_from([256, 16, 4, 1]),
     seed=st.integers(0, 1000),
 )
+@settings(deadline=None)
 def test_byte_order_is_recognised(
-    slope: float, start: float, invalid: float, steps: int, seed: int
+    *, slope: float, start: float, invalid: float, code: int, steps: int, seed: int
 ) -> None:
     rng = np.random.default_rng(seed)
     rows = np.arange(120)[:, None]
-    disparity = start + slope * rows + rng.normal(0, 0.3, (120, 160))
-    words = (np.rint(np.clip(disparity, 1, 239) * steps) * (256 // steps)).astype(np.uint16)
-    words[rng.random(words.shape) < invalid] = 0xFFFF
+    words = fixed_point(start + slope * rows + rng.normal(0, 0.3, (120, 160)), steps=steps)
+    words[rng.random(words.shape) < invalid] = code
     assert not is_little_endian(words)
     assert is_little_endian(words.byteswap())
+
+
+@pytest.fixture(scope="module", params=[0.12, 0.03, 0.012])
+def rendered_disparity(request: pytest.FixtureRequest) -> Float32:
+    """A can 3 m ahead on a floor, by a rig that sees 26, 2 or less than 1 px at the nearest."""
+    rig = paper_rig(width=320, height=240)
+    camera = replace(rig.camera, baseline=request.param)
+    return render(garbage_can(), replace(rig, camera=camera), supersample=1).disparity
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.3])
+@pytest.mark.parametrize("invalid", [0.0, 0.9])
+@pytest.mark.parametrize("steps", [256, 2, 1])
+def test_byte_order_is_recognised_in_rendered_maps(
+    rendered_disparity: Float32, noise: float, invalid: float, steps: int
+) -> None:
+    rng = np.random.default_rng(0)
+    shape = rendered_disparity.shape
+    words = fixed_point(rendered_disparity + rng.normal(0, noise, shape), steps=steps)
+    words[rng.random(shape) < invalid] = 0xFF10
+    assert not is_little_endian(words)
+    assert is_little_endian(words.byteswap())
+
+
+def test_neighbours_tell_the_byte_order_where_most_disparities_are_below_a_pixel() -> None:
+    # 0.0, 0.2 .. 1.4 px from top to bottom: five of eight rows have a whole part of 0
+    words = np.repeat(fixed_point(0.2 * np.arange(8)[:, None]), 8, axis=1)
+    big, little = read_both_ways(words)
+    assert (big.jumps, little.jumps) == (0.0, 1.0)
+    assert not is_little_endian(words)
+    assert is_little_endian(words.byteswap())
+
+
+@pytest.mark.parametrize("word", [0, 0xFFFF, 0xFF10, 0x4040])
+def test_a_map_that_tells_no_byte_order_is_big_endian(word: int) -> None:
+    assert not is_little_endian(np.full((4, 4), word, np.uint16))
 
 
 def test_a_little_endian_pgm_is_read_and_said_so(tmp_path: Path) -> None:
@@ -109,8 +155,35 @@ def test_a_little_endian_pgm_is_read_and_said_so(tmp_path: Path) -> None:
     assert read.encoding is Encoding.POINTGREY16
     assert read.note == "read as little-endian"
     np.testing.assert_array_equal(read.disparity, (rows / 256).astype(np.float32))
-    forced = read_disparity(path, byte_order="big").disparity
-    assert forced[0, 0] == pytest.approx(1 / 256)  # bytes 00 01
+    asked = read_disparity(path, byte_order="little")
+    assert asked.note == ""
+    np.testing.assert_array_equal(asked.disparity, read.disparity)
+
+
+@pytest.mark.parametrize(("wanted", "likely"), [("little", "big"), ("big", "little")])
+def test_a_byte_order_that_leaves_no_disparity_map_is_refused(
+    tmp_path: Path, wanted: Literal["big", "little"], likely: str
+) -> None:
+    # 37 steps a row: read the other way round, every row jumps by 37 px
+    words = fixed_point((np.arange(40)[:, None] * 37 + np.arange(60) + 256) / 256)
+    path = tmp_path / "d.pgm"
+    path.write_bytes(encode_pgm(words if wanted == "little" else words.byteswap()))
+    with pytest.raises(FormatError) as caught:
+        read_disparity(path, byte_order=wanted)
+    assert str(caught.value) == (
+        f"{path}: read as {wanted}-endian, as asked for, 100 % of the disparities jump from "
+        f"their neighbours, expected at most 50 %; it looks like {likely}-endian, where 0 % do"
+    )
+
+
+def test_a_byte_order_against_the_evidence_is_obeyed_with_a_note(tmp_path: Path) -> None:
+    # whole pixels: read the other way round they are smooth fractions, possible if unlikely
+    path = tmp_path / "d.pgm"
+    path.write_bytes(encode_pgm(fixed_point(np.arange(40)[:, None] + np.zeros(60))))
+    read = read_disparity(path, byte_order="little")
+    assert read.disparity[39, 0] == pytest.approx(39 / 256)
+    assert read.note == "looks like big-endian; read as little-endian because it was asked for"
+    assert read_disparity(path, byte_order="big").note == ""
 
 
 def test_the_offset_of_an_extended_range_is_added(tmp_path: Path) -> None:

@@ -42,7 +42,7 @@ class Shot:
     rig : Rig
         Of the size of the snapshot.
     notes : tuple of str
-        What had to be guessed when it was read.
+        What had to be guessed when it was read, or changed.
     """
 
     name: str
@@ -110,7 +110,8 @@ class Feed:
     def _shot(self, frame: Frame, tilt: Tilt | None) -> Shot:
         source = self._where(frame)
         disparity, notes = self._disparity(frame)
-        width, height = self._settle_size(frame.left if disparity is None else disparity, source)
+        notes += self._settle_size(frame.left if disparity is None else disparity, source)
+        width, height = (round(side * self._scale) for side in self._size)
         return Shot(
             name=frame.name,
             source=source,
@@ -130,20 +131,28 @@ class Feed:
             return str(frame.disparity_path)
         return self._source if self._frames.count == 1 else f"frame {frame.name} of {self._source}"
 
-    def _settle_size(self, first: UInt8 | Float32 | None, source: str) -> tuple[int, int]:
-        """Fit the rig to the first picture, require its size of all, return it scaled."""
+    def _settle_size(self, first: UInt8 | Float32 | None, source: str) -> tuple[str, ...]:
+        """Fit the rig to the first picture and say how; require its size of all others."""
         if first is None:
             raise InputError(f"{source}: holds neither a picture nor a disparity map")
         height, width = first.shape[:2]
-        if self._size == (0, 0):
-            self._size = (width, height)
-            self._rig = self._rig.for_image(width=width, height=height)
-        if self._size != (width, height):
+        if self._size == (width, height):
+            return ()
+        if self._size != (0, 0):
             raise InputError(
                 f"{source}: {width} x {height} pixels, expected {self._size[0]} x "
                 f"{self._size[1]} as in the first frame"
             )
-        return round(width * self._scale), round(height * self._scale)
+        camera = self._rig.camera
+        self._size = (width, height)
+        self._rig = self._rig.for_image(width=width, height=height)
+        if not camera.size_known or (camera.width, camera.height) == self._size:
+            return ()
+        note = (
+            f"{self._rig.source or 'the rig'}: is for {camera.width} x {camera.height} px and "
+            f"scaled to the images' {width} x {height}"
+        )
+        return (note,)
 
     def _disparity(self, frame: Frame) -> tuple[Float32 | None, tuple[str, ...]]:
         """Read the frame's disparity file, if it has one, and what had to be guessed."""

@@ -3,6 +3,7 @@
 import itertools
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -130,20 +131,24 @@ def require_degrees(tilt: Tilt | None, ground: Ground, mount: Mount, *, prefix: 
     Raises
     ------
     InputError
-        If the reading is 3 deg or more from the floor seen, and the same numbers in radians are
-        within 1.5 deg of it.
+        If the reading is 3 deg or more from the floor seen, and with one or both of its numbers
+        taken for radians it is within 1.5 deg.
     """
     if tilt is None or not ground.seen:
         return
     written = {"pitch": math.degrees(tilt.pitch), "roll": math.degrees(tilt.roll)}
-    if max(map(abs, written.values())) <= math.pi / 2 and _fits_in_radians(
-        tilt, Tilt(**written), ground, mount
-    ):
-        axis = max(written, key=lambda name: abs(written[name]))
-        raise InputError(
-            f"{prefix}{axis} {written[axis]:g}: the floor in the image shows "
-            f"{math.degrees(written[axis]):.1f} deg, so this seems to be in radians: give degrees"
-        )
+    if max(map(abs, written.values())) > math.pi / 2:
+        return
+    # Both numbers, else one alone: the other may be wrong, or mean the camera with its mount.
+    for axes in (("pitch", "roll"), ("pitch",), ("roll",)):
+        in_radians = replace(tilt, **{axis: written[axis] for axis in axes})
+        if _fits_in_radians(tilt, in_radians, ground, mount):
+            axis = max(axes, key=lambda name: abs(written[name]))
+            raise InputError(
+                f"{prefix}{axis} {written[axis]:g}: the floor in the image shows "
+                f"{math.degrees(written[axis]):.1f} deg, so this seems to be in radians: "
+                "give degrees"
+            )
 
 
 def _fits_in_radians(tilt: Tilt, in_radians: Tilt, ground: Ground, mount: Mount) -> bool:

@@ -83,6 +83,7 @@ def check_order(left: UInt8, right: UInt8, *, largest: float, doffs: float = 0.0
     if beyond > 0.5 and beyond_swapped < 0.25:
         raise InputError(
             f"left and right image: {100 * beyond:.0f} % of what matches lies beyond infinity, "
-            f"{100 * beyond_swapped:.0f} % would with the two swapped: give them in the other order"
+            f"{100 * beyond_swapped:.0f} % would with the two swapped: give them in the other "
+            "order, or turn both by 180 degrees if they are upside down"
         )
     return True

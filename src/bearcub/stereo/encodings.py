@@ -180,8 +180,9 @@ def read_both_ways(values: NDArray[np.uint16]) -> tuple[Reading, Reading]:
     big, little : Reading
     """
     high, low = (byte.astype(np.int32) for byte in divmod(values, 256))
-    # In either order a byte 0xFF may stand for "not measured", so that both are judged without.
-    usable = (high < 255) & (low < 255)
+    # In either order a byte 0xFF may mean "not measured" and 0 means infinity: both are judged
+    # by the other words alone.
+    usable = (high < 255) & (low < 255) & (values > 0)
     return _reading(high, low, usable), _reading(low, high, usable)
 
 

@@ -1,0 +1,94 @@
+"""One thing's pixels become numbers with error bars; the pixels are laid out by hand."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bearcub.geometry import Attitude, Projection, base_from_optical, forward_in_camera
+from bearcub.obstacles.measure import Extent, View, measure
+
+LEVEL = Attitude(roll=0.0, pitch=0.0)
+# f B = 40 px m, level, 1 m up: a row or column at 4 m is 1 cm
+VIEW = View(
+    projection=Projection(fx=400.0, fy=400.0, cx=199.5, cy=149.5, baseline=0.1),
+    base_from_optical=base_from_optical(LEVEL.down(), forward_in_camera(LEVEL)),
+    origin=np.array([0.0, 0.0, 1.0]),
+)
+
+
+def board(*, noise: float = 0.0, bias: float = 0.0, seed: int = 0, keep: float = 1.0) -> Extent:
+    """Measure an upright board 4 m ahead: columns 140 to 179, rows 170 to 229."""
+    u, v = (grid.ravel().astype(float) for grid in np.meshgrid(range(140, 180), range(170, 230)))
+    rng = np.random.default_rng(seed)
+    kept = rng.random(len(u)) < keep
+    d = (10.0 + rng.normal(0, noise, len(u))).astype(np.float32)
+    return measure(
+        VIEW, u[kept], v[kept], d[kept], noise=max(noise, 0.1), bias=bias, fattening=0.0, stride=1
+    )
+
+
+def test_optical_pixels_become_points_in_base_link() -> None:
+    point = VIEW.points(np.array([159.5]), np.array([249.5]), np.array([10.0]))
+    # Z = 4 m; 40 columns to the left are 0.4 m left, 100 rows down are 1 m below the camera
+    np.testing.assert_allclose(point, [[4.0, 0.4, 0.0]], atol=1e-12)
+
+
+def test_board_is_as_far_as_its_disparity_says() -> None:
+    found = board()
+    # 4 m ahead, its near edge 0.2 m to the left: never nearer than 4.0 nor farther than its ends
+    assert 4.0 <= found.distance <= math.hypot(4.0, 0.6) + 1e-6
+    assert found.distance == pytest.approx(math.hypot(4.0, 0.22), abs=0.02)
+    assert math.hypot(found.x, found.y) == pytest.approx(found.distance)
+
+
+def test_bearing_is_that_of_the_middle_and_positive_to_the_left() -> None:
+    # edges at columns 139.5 and 179.5: atan(60 / 400) and atan(20 / 400)
+    middle = 0.5 * (math.atan(0.15) + math.atan(0.05))
+    assert board().bearing == pytest.approx(middle, abs=0.5 / 400)  # half a pixel
+
+
+def test_width_and_height_are_those_of_the_pixels() -> None:
+    found = board()
+    # 40 columns of 1 cm, seen 5.7 deg aslant; rows 169.5 to 229.5 are 0.2 to 0.8 m below the camera
+    assert found.width == pytest.approx(0.40, abs=0.015)
+    assert found.top == pytest.approx(0.80, abs=0.015)
+    assert found.bottom == pytest.approx(0.20, abs=0.015)
+    assert found.fill == pytest.approx(1.0, abs=0.1)
+
+
+def test_missing_matches_do_not_shrink_a_thing_but_its_fill() -> None:
+    found = board(keep=0.5)
+    assert found.width == pytest.approx(0.40, abs=0.015)
+    assert found.top == pytest.approx(0.80, abs=0.015)
+    assert found.fill == pytest.approx(0.5, abs=0.1)
+
+
+def test_noise_widens_the_error_bars_and_stays_within_them() -> None:
+    quiet = board()
+    for seed in range(5):
+        found = board(noise=0.3, seed=seed)
+        assert found.sigma_distance > quiet.sigma_distance
+        assert abs(found.distance - quiet.distance) < 4 * found.sigma_distance
+        assert abs(found.bearing - quiet.bearing) < 4 * found.sigma_bearing
+        assert abs(found.width - quiet.width) < 4 * found.sigma_width
+
+
+def test_error_that_all_pixels_share_is_passed_on_in_full() -> None:
+    # dZ = Z dd / d: 0.2 px of 10 px at 4 m are 8 cm, whatever the number of pixels
+    shared = board(bias=0.2).sigma_distance
+    assert shared == pytest.approx(0.08, rel=0.1)
+
+
+def test_a_thing_turned_round_the_robot_keeps_its_size() -> None:
+    turned = View(
+        projection=VIEW.projection,
+        base_from_optical=VIEW.base_from_optical,
+        origin=np.array([0.5, -0.3, 1.0]),
+    )
+    u, v = (grid.ravel().astype(float) for grid in np.meshgrid(range(140, 180), range(170, 230)))
+    d = np.full(len(u), 10.0, dtype=np.float32)
+    found = measure(turned, u, v, d, noise=0.1, bias=0.0, fattening=0.0, stride=1)
+    assert found.x == pytest.approx(4.5, abs=0.02)  # the camera is 0.5 m before the origin
+    assert found.top == pytest.approx(0.80, abs=0.015)
+    assert found.width == pytest.approx(0.40, abs=0.02)
