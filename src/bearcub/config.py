@@ -149,8 +149,8 @@ class Detection(_Table):
         high=1.0,
     )
     least_area: float = setting(
-        0.0025,
-        "smallest outline that is reported [m²]: 3 cm by 8 cm stays, a blade of grass does not",
+        0.003,
+        "smallest outline that is reported [m²]: 3 cm by 10 cm stays, a blade of grass does not",
         low=0.0,
         high=1.0,
     )

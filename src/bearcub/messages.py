@@ -221,7 +221,7 @@ class Terrain:
     sigma : float
         Of either [rad].
     roughness : float
-        RMS height of the ground about its profile [m], noise removed.
+        RMS height of the ground about its profile [m], noise removed; NaN where noise hides it.
     reference : str
         "gravity" with a tilt reading, else "robot": against the ground under the robot.
     """

@@ -25,6 +25,7 @@ _SCORED = 800  # pixels a proposal is scored on
 _REFINED = 5000  # pixels the refinement uses
 _ANNEAL = (0.6, 0.4, 0.4)  # assumed noise while the refinement closes in [px]
 _NOISE = (0.1, 0.6)  # least and largest noise of a pixel that the refinement believes [px]
+_REMOTE = 0.15  # loss of a plane one sigma from the prior, as a share of its score
 _BELOW = 0.5  # what a pixel below the plane costs, in supporting pixels
 _NEAR = 0.3  # the floor just ahead reaches to this share of its nearest level
 _HALF_WIDTH = 3.0  # of the way just ahead [m]; ground further aside counts less
@@ -115,7 +116,7 @@ def fit_plane(
     if len(planes) == 0:
         return None
     bump = unevenness / prior.height
-    scores = _scores(pixels, planes, bump) / (1.0 + 0.05 * remoteness[allowed])
+    scores = _scores(pixels, planes, bump) / (1.0 + _REMOTE * remoteness[allowed])
     best = int(np.argmax(scores))
     if scores[best] <= 0:
         return None
@@ -207,7 +208,7 @@ def _scores(pixels: _Pixels, planes: Float64, bump: float) -> Float64:
     scale = 1 / (0.6 + bump * d)
     residual = (d - floor) * scale
     # the floor just ahead counts most: what lies beyond may be another one
-    close = np.clip(floor / np.float32(_CLOSE * np.percentile(d, 98)), 0, 1)
+    close = np.clip(floor / np.float32(np.percentile(d, 98)), 0, 1)
     support = np.maximum(1.0 - residual * residual, 0.0)
     support -= np.float32(_BELOW) * (residual < -1.5)
     total: Float64 = np.einsum("ij,ij->i", close, support, dtype=np.float64)

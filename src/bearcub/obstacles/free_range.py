@@ -13,6 +13,7 @@ _PIXELS = 6000
 _CELLS = 64  # of range between nothing and the farthest, each as much longer as it is farther
 _NEAREST = 0.2  # least range told [m]
 _GAP = 3  # cells without floor that end the way: floor unseen is not free
+_FOOT = 1.3  # a thing this much farther than the last floor seen is what ends it
 _HITS = 3  # pixels that make an end, against stray ones
 
 Index = NDArray[np.int64]
@@ -57,19 +58,23 @@ def free_range(
     bearings = _directions(view, layers.kind.shape[1], step)
     sector, reach, kind, label = _pixels(layers, view, float(bearings[0]), step, len(bearings))
     ends = _seen_until(sector, reach, kind == Pixel.FLOOR, len(bearings), farthest)
-    limits = np.full(len(bearings), Limit.UNSEEN, dtype=object)
+    limits = [Limit.UNSEEN] * len(bearings)
     overhead = np.array([False] + [o.base_height > clearance for o in obstacles])
     blocked = (kind == Pixel.OBSTACLE) & ~overhead[np.maximum(label, 0)]
     for what, mask in ((Limit.OBSTACLE, blocked), (Limit.HOLE, kind == Pixel.HOLE)):
         hit = _first_hits(sector[mask], reach[mask], len(bearings))
         # an unseen strip before a thing is its own foot; beyond the floor's end it is the limit
-        nearer = hit <= np.where(np.isnan(ends), np.inf, 1.3 * ends)
-        ends = np.where(nearer, np.fmin(hit, ends), ends)
-        limits[nearer & (hit <= ends * (1 + 1e-9))] = what
-        limits[nearer & np.isfinite(hit) & (limits == Limit.UNSEEN)] = what
+        reached = hit <= np.where(np.isnan(ends), math.inf, _FOOT * ends)
+        for k in np.flatnonzero(reached & np.isfinite(hit)):
+            if limits[k] == Limit.UNSEEN or hit[k] < ends[k]:
+                limits[k] = what
+            ends[k] = np.fmin(hit[k], ends[k])
     for band in terrain.profile:
         if abs(band.slope) - band.sigma > steepest:
-            limits[ends > band.start] = Limit.SLOPE
+            limits = [
+                Limit.SLOPE if end > band.start else limit
+                for end, limit in zip(ends, limits, strict=True)
+            ]
             ends = np.minimum(ends, band.start)
     return FreeRange(bearing=bearings, range=ends, limit=tuple(limits))
 
@@ -95,9 +100,9 @@ def _pixels(
     what = kind.ravel()[index].astype(np.int64)
     v, u = np.divmod(index, seen.shape[1])
     u, v = u * stride, v * stride
-    points = view.points(
-        u.astype(np.float64), v.astype(np.float64), layers.disparity[v, u].astype(np.float64)
-    )
+    # a hole begins where its floor is missing, not where the line of sight ends in it
+    d = np.where(what == Pixel.HOLE, layers.floor[v, u], layers.disparity[v, u])
+    points = view.points(u.astype(np.float64), v.astype(np.float64), d.astype(np.float64))
     bearing = np.arctan2(points[:, 1], points[:, 0])
     sector = np.rint((bearing - first) / step).astype(np.int64)
     inside = (sector >= 0) & (sector < count)

@@ -40,6 +40,8 @@ _BORDERED = 0.6  # share of its columns in which floor must border it
 _LONGEST = 4.0  # ground that lies lower for longer is no pit but another floor [m]
 _DEEPEST = 10  # percentile of height that is called the bottom
 _STEEP = math.radians(20.0)  # a hole's walls are at least so steep
+_MIRRORED = 24  # rows in which the foot of a mirrored thing may hide in the tolerance
+_SAME_RANGE = 0.95  # of the disparity at the far rim: a thing farther behind is not mirrored
 _CLOSING = np.ones((7, 7), dtype=np.uint8)
 
 Index = NDArray[np.int64]
@@ -227,13 +229,26 @@ def _judge(region: _Region, scene: _Scene) -> Hole | None:
     resumed = sorting.on_floor & (sorting.residual > -_RESUMED * sorting.allowed)
     beyond = max(_EDGE_ROWS, mask.shape[0] // 4)  # a worn rim is as wide as the hole is large
     far_floor = _borders(resumed, u, top, -1, rows=beyond)
-    standing = _borders(scene.labels > 0, u, top, -1)
-    if near_floor.mean() < _BORDERED or (standing & ~far_floor).mean() > 0.5:
+    if near_floor.mean() < _BORDERED or _mirrors(scene, u, top).mean() > 0.5:
         return None
     pit = far_floor.mean() >= _BORDERED and _across(scene, u, top, bottom) < _LONGEST
     if not pit and not _falls_at_once(sorting, u, bottom):
         return None
     return _measure(region, scene, u, top, bottom, pit=bool(pit))
+
+
+def _mirrors(scene: _Scene, u: Index, top: Index) -> Bool:
+    """Tell for each column whether the region ends at the foot of something that stands there.
+
+    A shiny floor shows the picture of what stands on it upside down: below its foot, and no
+    nearer than the foot itself.
+    """
+    rows = np.clip(top[None, :] - np.arange(1, _MIRRORED + 1)[:, None], 0, None)
+    thing = scene.labels[rows, u[None, :]] > 0
+    first = thing.argmax(axis=0)
+    d = scene.sorting.disparity[rows[first, np.arange(len(u))], u]
+    foot: Bool = thing.any(axis=0) & (d > _SAME_RANGE * scene.sorting.floor[top, u])
+    return foot
 
 
 def _across(scene: _Scene, u: Index, top: Index, bottom: Index) -> float:

@@ -12,6 +12,10 @@ from bearcub.robust import median, quantile
 
 _SIDE = 0.15  # share of a typical column's pixels at which a thing ends to the sides
 _TOP = 0.35  # share of a typical row's pixels at which it ends above and below
+_STEEPEST = math.tan(math.radians(20.0))  # of ground that climbs
+_EXPLAINED = 0.7  # share of the variance of height that range must explain on a ramp
+_LONG = 1.5  # farthest over nearest range of what lies along the way
+_EXPLAINED_LONG = 0.25  # the same share where range itself is noisy
 _STEP = 0.15  # what rises over a longer way is sloping ground [m]
 _PIXELS = 10000  # that tell all there is to tell
 _BLOCK = 25.0  # neighbouring pixels of a matcher that err together
@@ -50,7 +54,7 @@ class Extent:
 
     `fill` is the share of its outline (width times height) that its pixels cover; `width` is 0
     for what is no wider than the matcher's window alone makes it; `front` is how high it has risen
-    a step behind its nearest point.
+    a step behind its nearest point; `climbs` tells ground that rises evenly with the range.
     """
 
     x: float
@@ -62,6 +66,7 @@ class Extent:
     bottom: float
     fill: float
     front: float
+    climbs: bool
     sigma_distance: float
     sigma_bearing: float
     sigma_width: float
@@ -70,8 +75,8 @@ class Extent:
 
 def measure(
     view: View,
-    u: Index,
-    v: Index,
+    u: Float64,
+    v: Float64,
     disparity: Float32,
     *,
     stride: int,
@@ -84,7 +89,7 @@ def measure(
     Parameters
     ----------
     view : View
-    u, v : ndarray of int64, shape (N,)
+    u, v : ndarray of float64, shape (N,)
         Columns and rows of the thing's pixels [px].
     disparity : ndarray of float32, shape (N,)
         [px].
@@ -104,7 +109,7 @@ def measure(
     step = max(1, len(u) // _PIXELS) | 1  # odd, or it would walk along columns
     weight = step * stride**2
     u, v, disparity = u[::step], v[::step], disparity[::step]
-    p = view.points(u.astype(np.float64), v.astype(np.float64), disparity.astype(np.float64))
+    p = view.points(u, v, disparity.astype(np.float64))
     bearing = np.arctan2(p[:, 1], p[:, 0])
     reach = np.hypot(p[:, 0], p[:, 1])
     pixel = 1.0 / view.projection.fx
@@ -137,6 +142,7 @@ def measure(
         bottom=low,
         fill=float(weight * np.sum((reach * pixel) ** 2)) / max(width * (high - low), 1e-6),
         front=quantile(front, 0.9) if len(front) else low,
+        climbs=_climbs(reach, p[:, 2]),
         sigma_distance=sigma_distance,
         sigma_bearing=edge / math.sqrt(2),
         sigma_width=math.hypot(math.sqrt(2) * edge * distance, width * spread / d_near),
@@ -161,6 +167,18 @@ def _ends(values: Float64, step: float, *, share: float) -> tuple[float, float]:
     low = start + (first + 1 - min(1.0, counts[first] / typical)) * step
     high = start + (last + min(1.0, counts[last] / typical)) * step
     return low, high
+
+
+def _climbs(reach: Float64, z: Float64) -> bool:
+    """Tell a ramp: height follows from range, and rises with it no steeper than a way may."""
+    from_mean, height = reach - reach.mean(), z - z.mean()
+    spread = float(from_mean @ from_mean)
+    if spread == 0.0:
+        return False
+    slope = float(from_mean @ height) / spread
+    explained = slope * slope * spread / max(float(height @ height), 1e-12)
+    long = quantile(reach, 0.95) > _LONG * quantile(reach, 0.05)
+    return 0.0 < slope < _STEEPEST and explained > (_EXPLAINED_LONG if long else _EXPLAINED)
 
 
 def _main_run(counts: Float64, threshold: float) -> tuple[int, int]:

@@ -117,6 +117,8 @@ def segment(
     grid = labels.reshape(rows, width)
     if step > 1:
         size = (disparity.shape[1], disparity.shape[0])
+        # pixels left of and above a sampled one are its thing's, too, where they stand
+        grid = cv2.dilate(grid.astype(np.uint16), np.ones((2, 2), dtype=np.uint8), anchor=(0, 0))
         grid = np.asarray(cv2.resize(grid, size, interpolation=cv2.INTER_NEAREST), dtype=np.int32)
         grid *= inside
     return _gathered(grid, index, number, things, width, step)

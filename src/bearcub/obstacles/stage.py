@@ -36,6 +36,7 @@ from bearcub.obstacles.sorting import Sorting, sort_by_floor
 from bearcub.obstacles.terrain import lie_of_the_land
 from bearcub.obstacles.verify import Witness
 from bearcub.rig.model import Mount
+from bearcub.robust import median
 
 _RISEN = 0.6  # share of its height that a low thing reaches at its front
 _SMALL = 400  # pixels of a thing that may be mixed ones
@@ -207,19 +208,22 @@ class ObstacleStage:
                 continue
             extent = measure(
                 view,
-                u,
-                v,
+                (u + 0.5 * (stride - 1)).astype(np.float64),
+                (v + 0.5 * (stride - 1)).astype(np.float64),
                 d[v, u],
                 stride=stride,
                 noise=ground.noise,
                 bias=self.bias,
                 fattening=disparity.fattening,
             )
-            if self._hangs(extent) and _hidden_below(d, segments.labels, number, u, v):
+            hidden = ground.height * median(sorting.allowed[v, u] / d[v, u])
+            if self._hangs(extent, hidden) and _hidden_below(d, segments.labels, number, u, v):
                 extent = replace(extent, bottom=0.0)  # its foot is out of sight
-            if self._counts(extent, pixels) and (
+            if self._counts(extent, hidden, pixels) and (
                 pixels > _LARGE or _confirmed(witness, disparity, sorting, u, v)
             ):
+                if not self._hangs(extent, hidden):
+                    extent = replace(extent, bottom=0.0)
                 found.append((extent, number, _box(u, v, stride, d.shape)))
         found.sort(key=lambda item: item[0].distance)
         labels = np.zeros(d.shape, dtype=np.int32)
@@ -233,23 +237,24 @@ class ObstacleStage:
             obstacles.append(self._obstacle(identity, extent, box, count, d.shape))
         return tuple(obstacles), labels
 
-    def _counts(self, extent: Extent, pixels: int) -> bool:
+    def _counts(self, extent: Extent, hidden: float, pixels: int) -> bool:
         """Tell a thing from stray matches: they fill little of their outline or hang in the sky."""
-        if extent.width <= 0.0:
-            return False  # a matcher's window alone makes a thing as wide as itself
-        if extent.top < self.least_height or extent.distance > self.farthest:
+        # a matcher's window alone makes a thing as wide as itself; a blade of grass has no area
+        small = extent.width <= 0.0 or extent.width * extent.top < self.least_area
+        low = extent.top < self.least_height
+        if small or low or extent.climbs or extent.distance > self.farthest:
             return False
-        if extent.width * extent.top < self.least_area:
-            return False  # a blade of grass
         if extent.top < self.low_height and extent.front < _RISEN * extent.top:
             return False  # ground that climbs
-        if self._hangs(extent):
+        if self._hangs(extent, hidden):
             return pixels > 10 * self.least_pixels and extent.fill > 2 * self.least_fill
         return extent.fill > self.least_fill
 
-    def _hangs(self, extent: Extent) -> bool:
-        """Tell what hangs; the tolerance hides the foot of what stands on the floor."""
-        return extent.bottom > 2 * self.least_height + 3 * self.unevenness
+    def _hangs(self, extent: Extent, hidden: float) -> bool:
+        """Tell what hangs; the tolerance hides the lowest part of what stands on the floor."""
+        return extent.bottom > max(
+            2 * self.least_height + 3 * self.unevenness, min(1.5 * hidden, 0.4)
+        )
 
     def _obstacle(
         self,
@@ -270,7 +275,7 @@ class ObstacleStage:
             bearing=extent.bearing,
             width=extent.width,
             height=extent.top,
-            base_height=extent.bottom if self._hangs(extent) else 0.0,
+            base_height=extent.bottom,
             sigma_distance=extent.sigma_distance,
             sigma_bearing=extent.sigma_bearing,
             sigma_width=math.nan if {"left", "right"} & set(cut) else extent.sigma_width,

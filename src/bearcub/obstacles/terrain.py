@@ -112,7 +112,7 @@ def _rise(x: Float64, z: Float64, sigma: Float64, start: float, end: float) -> t
 
 
 def _roughness(disparity: Float32, on_floor: Bool, view: View, ground: Ground) -> float:
-    """Return the RMS height of the near floor about its profile [m], the noise taken out."""
+    """Return the RMS height of the near floor about its profile [m]; NaN where noise hides it."""
     stride = max(1, int(math.sqrt(on_floor.size / (2 * _PIXELS))))
     grid = on_floor[::stride, ::stride]
     v, u = np.divmod(np.flatnonzero(grid), grid.shape[1])
@@ -126,4 +126,5 @@ def _roughness(disparity: Float32, on_floor: Bool, view: View, ground: Ground) -
     d, level = d[near], level[near]
     lift = ground.height * (1 - (level + bend_at(ground, level)) / d)
     noise = ground.height * np.interp(level, ground.knots, ground.knot_noise) / d
-    return math.sqrt(max(0.0, float(np.mean(lift**2) - np.mean(noise**2))))
+    above = float(np.mean(lift**2) - np.mean(noise**2))
+    return math.sqrt(above) if above > 0 else math.nan
