@@ -26,7 +26,7 @@ _SHARE = 0.3  # of a bin's pixels that must lie on the profile
 _STEP = 0.01  # change of height between neighbouring bins that is no step [m]
 _CORRELATED = 12.0  # neighbouring pixels of a matcher that err together
 _JUST_AHEAD = 0.62  # share of the nearest level to which the floor just ahead reaches
-_BENT = 0.12  # least bend of the floor just ahead that is corrected [px]
+_BENT = 0.06  # least bend of the floor just ahead that is corrected [px]
 _SMALLEST = 0.1  # least noise believed [px]
 _LARGEST = 1.5  # largest noise believed [px]
 
@@ -43,11 +43,14 @@ class Profile:
         Disparity of the floor less that of the plane [px].
     noise : ndarray of float64, shape (K,)
         1-sigma of a pixel's disparity [px].
+    error : ndarray of float64, shape (K,)
+        1-sigma of `bend` [px].
     """
 
     knots: Float64
     bend: Float64
     noise: Float64
+    error: Float64
 
 
 def follow_floor(
@@ -81,9 +84,10 @@ def follow_floor(
     Profile
         Of length 0 where too little floor is seen.
     """
-    level, residual, lateral = _samples(disparity, projection, plane)
+    level, residual, lateral, share = _samples(disparity, projection, plane)
     if len(level) < 10 * _LEAST:
-        return Profile(knots=np.zeros(0), bend=np.zeros(0), noise=np.zeros(0))
+        none = np.zeros(0)
+        return Profile(knots=none, bend=none, noise=none, error=none)
     edges = np.geomspace(_FARTHEST, np.percentile(level, 99.5) + 1e-6, _BINS + 1)
     index = np.searchsorted(edges, level) - 1
     order = np.argsort(index, kind="stable")
@@ -96,9 +100,12 @@ def follow_floor(
         here = order[starts[k] : starts[k + 1]]
         if len(here) >= _LEAST:
             bend = tracker.advance(float(centres[k]), residual[here], lateral[here])
-            found.append((centres[k], bend, tracker.spread(residual[here] - bend)))
-    knots, bends, noises = np.array(found[::-1]).T
-    return Profile(knots=knots, bend=_smooth(bends), noise=_never_better_far(noises))
+            spread = tracker.spread(residual[here] - bend)
+            # where little of the floor matches, what does match errs together
+            error = spread / share * math.sqrt(min(1.0, _CORRELATED / len(here)))
+            found.append((centres[k], bend, spread, error))
+    knots, bends, noises, errors = np.array(found[::-1]).T
+    return Profile(knots=knots, bend=_smooth(bends), noise=_never_better_far(noises), error=errors)
 
 
 def just_ahead(plane: Float64, profile: Profile) -> tuple[Float64, Profile]:
@@ -125,30 +132,35 @@ def just_ahead(plane: Float64, profile: Profile) -> tuple[Float64, Profile]:
     if np.count_nonzero(near) < 5:
         return plane, profile
     factor, shift = np.polyfit(knots[near], bend[near], 1)
-    doubt = float(np.median(profile.noise[near]))
+    doubt = 3 * float(np.median(profile.error[near])) / math.sqrt(np.count_nonzero(near) / 2)
     if np.abs(factor * knots[near] + shift).max() < max(_BENT, doubt):
         return plane, profile
     level = (1 + factor) * knots + shift
     kept = level > 0
     return (1 + factor) * plane + np.array([0.0, 0.0, shift]), Profile(
-        knots=level[kept], bend=(knots + bend - level)[kept], noise=profile.noise[kept]
+        knots=level[kept],
+        bend=(knots + bend - level)[kept],
+        noise=profile.noise[kept],
+        error=profile.error[kept],
     )
 
 
 def _samples(
     disparity: Float32, projection: Projection, plane: Float64
-) -> tuple[Float64, Float64, Float64]:
-    """Return the plane's disparity, the residual and the lateral offset [m] on a grid."""
+) -> tuple[Float64, Float64, Float64, float]:
+    """Return the plane's disparity, residual and lateral offset [m] on a grid, and its share."""
     rows, columns = disparity.shape
     stride = max(1, int(math.sqrt(rows * columns / (2 * _PIXELS))))
     v = np.arange(stride // 2, rows, stride)
     u = np.arange(stride // 2, columns, stride)
     d = disparity[v[0] :: stride, u[0] :: stride]
     level = plane[1] * v[:, None] + (plane[0] * u + plane[2])[None, :]
-    valid = np.isfinite(d) & (level > _FARTHEST)
+    ahead = level > _FARTHEST
+    valid = np.isfinite(d) & ahead
+    share = max(1, int(np.sum(valid))) / max(1, int(np.sum(ahead)))
     lateral = np.broadcast_to((u - projection.cx)[None, :], d.shape)[valid]
     level = level[valid]
-    return level, d[valid] - level, lateral * projection.baseline / level
+    return level, d[valid] - level, lateral * projection.baseline / level, share
 
 
 class _Tracker:

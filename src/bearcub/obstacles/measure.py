@@ -146,7 +146,10 @@ def measure(
         sigma_distance=sigma_distance,
         sigma_bearing=edge / math.sqrt(2),
         sigma_width=math.hypot(math.sqrt(2) * edge * distance, width * spread / d_near),
-        sigma_top=math.hypot(edge * distance, drop * spread / d_near, fattening * row),
+        # a visible top face is as thick as its noise, and ends higher for it
+        sigma_top=math.hypot(
+            edge * distance, drop * spread / d_near, fattening * row, 2 * drop * noise / d_near
+        ),
     )
 
 
