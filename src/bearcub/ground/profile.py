@@ -101,14 +101,14 @@ def follow_floor(
         if len(here) >= _LEAST:
             bend = tracker.advance(float(centres[k]), residual[here], lateral[here])
             spread = tracker.spread(residual[here] - bend)
-            # where little of the floor matches, what does match errs together
-            error = spread / share * math.sqrt(min(1.0, _CORRELATED / len(here)))
+            # where little of the floor is seen, what is seen errs together
+            error = spread / (share * tracker.share**2) * math.sqrt(_CORRELATED / len(here))
             found.append((centres[k], bend, spread, error))
     knots, bends, noises, errors = np.array(found[::-1]).T
     return Profile(knots=knots, bend=_smooth(bends), noise=_never_better_far(noises), error=errors)
 
 
-def just_ahead(plane: Float64, profile: Profile) -> tuple[Float64, Profile]:
+def just_ahead(plane: Float64, profile: Profile) -> tuple[Float64, Profile, Float64]:
     """Turn a plane that compromises between floors into the one just ahead.
 
     Where the floor bends (a ramp, a kerb) a plane fitted to all of it lies across the bend, and
@@ -126,23 +126,30 @@ def just_ahead(plane: Float64, profile: Profile) -> tuple[Float64, Profile]:
     plane : ndarray of float64, shape (3,)
     profile : Profile
         The same floor about the new plane; both unchanged where the floor does not bend.
+    covariance : ndarray of float64, shape (3, 3)
+        What the correction adds to that of the plane.
     """
     knots, bend = profile.knots, profile.bend
     near = knots > _JUST_AHEAD * knots.max(initial=0.0)
     if np.count_nonzero(near) < 5:
-        return plane, profile
-    factor, shift = np.polyfit(knots[near], bend[near], 1)
+        return plane, profile, np.zeros((3, 3))
+    (factor, shift), trend = np.polyfit(
+        knots[near], bend[near], 1, w=1 / profile.error[near], cov="unscaled"
+    )
     doubt = 3 * float(np.median(profile.error[near])) / math.sqrt(np.count_nonzero(near) / 2)
     if np.abs(factor * knots[near] + shift).max() < max(_BENT, doubt):
-        return plane, profile
+        return plane, profile, np.zeros((3, 3))
+    by_trend = np.stack([plane, [0.0, 0.0, 1.0]], axis=1)
     level = (1 + factor) * knots + shift
     kept = level > 0
-    return (1 + factor) * plane + np.array([0.0, 0.0, shift]), Profile(
+    moved = Profile(
         knots=level[kept],
         bend=(knots + bend - level)[kept],
         noise=profile.noise[kept],
         error=profile.error[kept],
     )
+    corrected = (1 + factor) * plane + np.array([0.0, 0.0, shift])
+    return corrected, moved, by_trend @ trend @ by_trend.T
 
 
 def _samples(
@@ -175,6 +182,7 @@ class _Tracker:
         self._lift = 0.0  # height of the profile above the plane [m]
         self._x: float | None = None
         self._ended = False
+        self.share = 1.0  # of the last bin's pixels that lay on the profile
 
     def advance(self, level: float, residual: Float64, lateral: Float64) -> float:
         """Move on to the next bin and return the floor's disparity there less the plane's [px]."""
@@ -191,6 +199,7 @@ class _Tracker:
         low = self._bend(level, self._lift - rise) - reach
         high = self._bend(level, self._lift + rise) + reach
         on = way[(way > low) & (way < high)]
+        self.share = max(0.1, len(on) / len(way))
         if len(on) < max(_LEAST // 2, _SHARE * len(way)):
             self._ended = self._ended or self._stepped(way, low, high)
             return expected

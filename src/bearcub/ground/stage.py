@@ -142,12 +142,14 @@ class GroundStage:
             pitch=attitude.pitch,
             steepest=self.steepest,
         )
-        plane, profile = just_ahead(plane, profile)
+        plane, profile, more = just_ahead(plane, profile)
         ahead = _values(self.projection, plane)
-        sigma = np.sqrt(np.diag(covariance))
+        of_plane = jacobian @ covariance @ jacobian.T + more
+        back = np.linalg.inv(_plane_jacobian(self.projection, ahead))
+        sigma = np.sqrt(np.diag(back @ of_plane @ back.T))
         return Ground(
             plane=plane,
-            covariance=jacobian @ covariance @ jacobian.T,
+            covariance=of_plane,
             height=float(ahead[0]),
             pitch=float(ahead[1]),
             roll=float(ahead[2]),
