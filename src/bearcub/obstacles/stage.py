@@ -40,7 +40,7 @@ from bearcub.robust import median
 
 _RISEN = 0.6  # share of its height that a low thing reaches at its front
 _SMALL = 400  # pixels of a thing that may be mixed ones
-_BESIDE = 8  # columns to a nearer thing's edge [px]
+_BESIDE = 8  # columns or rows to a nearer thing's edge [px]
 _LARGE = 8000  # pixels of a thing that needs no second look at the images
 
 Index = NDArray[np.int64]
@@ -309,10 +309,11 @@ def _confirmed(
 def _mixed(d: Float32, labels: Int32, number: int, u: Index, v: Index) -> bool:
     """Tell pixels that a matcher put between a nearer thing's edge and what is behind it."""
     beside = np.zeros(len(u), dtype=bool)
-    for way in (-_BESIDE, _BESIDE):
-        there = np.clip(u + way, 0, d.shape[1] - 1)
-        other = labels[v, there]
-        beside |= (other != 0) & (other != number) & (d[v, there] > d[v, u])
+    for right, down in ((-_BESIDE, 0), (_BESIDE, 0), (0, _BESIDE)):
+        column = np.clip(u + right, 0, d.shape[1] - 1)
+        row = np.clip(v + down, 0, d.shape[0] - 1)
+        other = labels[row, column]
+        beside |= (other != 0) & (other != number) & (d[row, column] > d[v, u])
     return bool(beside.mean() > 0.5)
 
 
