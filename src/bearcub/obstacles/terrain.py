@@ -52,6 +52,8 @@ def lie_of_the_land(
     turn = np.eye(3) if gravity is None else _level_from_base(view, ground, gravity)
     x, z, sigma_z = _profile_ahead(view, ground, turn)
     slope, sigma = _rise(x, z, sigma_z, *_BAND)
+    if math.isnan(slope):
+        sigma = nan
     bands = []
     for start in np.arange(_BAND[0], _BAND[1], _STEP):
         inclination, doubt = _rise(x, z, sigma_z, start, start + _STEP)
