@@ -86,11 +86,12 @@ def segment(
     step = 2 if disparity.size > _LARGE else 1
     d_grid, floor_grid = disparity[::step, ::step], floor[::step, ::step]
     rows, width = d_grid.shape
-    scale = Levels(width=0.25, knee=16.0, largest=nearest_level)
     inside = standing & (disparity >= farthest_level) & (disparity <= nearest_level)
     counts = inside[::step, ::step]
     index = np.flatnonzero(counts)
     d = d_grid[counts]
+    # no more levels than the nearest thing needs
+    scale = Levels(width=0.25, knee=16.0, largest=float(d.max(initial=16.0)) + 1.0)
     column, wide = _upright_columns(index, rows, width, projection.cy / step, lean)
     cell = scale.table()[(d * _LUT).astype(np.int32)]
     cell *= wide
