@@ -25,7 +25,7 @@ from bearcub.geometry import Float64
 from bearcub.messages import Bool, Ground, Hole, Int32
 from bearcub.obstacles.measure import View
 from bearcub.obstacles.sorting import Sorting
-from bearcub.obstacles.verify import Witness
+from bearcub.obstacles.verify import Witness, confirmed
 
 _LEAST_PIXELS = 60
 _LEAST_COLUMNS = 8
@@ -132,24 +132,12 @@ def find_holes(
     found = []
     for region in _regions(below, sorting):
         hole = _judge(region, scene)
-        if hole is not None and _confirmed(region, scene, witness, offset):
+        if hole is not None and confirmed(witness, sorting, *region.pixels(), offset=offset):
             found.append((hole, region))
     found.sort(key=lambda item: item[0].distance)
     for number, (_, region) in enumerate(found, start=1):
         numbered[region.rows, region.columns][region.mask] = -number
     return tuple(hole for hole, _ in found), numbered
-
-
-def _confirmed(region: "_Region", scene: _Scene, witness: Witness | None, offset: float) -> bool:
-    """Ask the images whether the region's disparities explain them better than the floor's."""
-    if witness is None:
-        return True
-    v, u = np.nonzero(region.mask)
-    v, u = v + region.rows.start, u + region.columns.start
-    shift = np.float32(offset)
-    return witness.supports(
-        u, v, scene.sorting.disparity[v, u] - shift, scene.sorting.floor[v, u] - shift
-    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -159,6 +147,11 @@ class _Region:
     rows: slice
     columns: slice
     mask: Bool
+
+    def pixels(self) -> tuple[Index, Index]:
+        """Return the columns and rows of its pixels in the whole image."""
+        v, u = np.nonzero(self.mask)
+        return u + self.columns.start, v + self.rows.start
 
 
 def _regions(below: Bool, sorting: Sorting) -> Iterator[_Region]:
@@ -231,10 +224,14 @@ def _judge(region: _Region, scene: _Scene) -> Hole | None:
     far_floor = _borders(resumed, u, top, -1, rows=beyond)
     if near_floor.mean() < _BORDERED or _mirrors(scene, u, top).mean() > 0.5:
         return None
-    pit = far_floor.mean() >= _BORDERED and _across(scene, u, top, bottom) < _LONGEST
+    near = scene.floor_points(u.astype(float), bottom.astype(np.float64) + 0.5)
+    far = scene.floor_points(u.astype(float), np.maximum(top - 0.5, 0))
+    span = np.hypot(far[:, 0], far[:, 1]) - np.hypot(near[:, 0], near[:, 1])
+    pit = far_floor.mean() >= _BORDERED and np.percentile(span, 75) < _LONGEST
     if not pit and not _falls_at_once(sorting, u, bottom):
         return None
-    return _measure(region, scene, u, top, bottom, pit=bool(pit))
+    box = (int(u.min()), int(top.min()), int(u.max()), int(bottom.max()))
+    return _measure(region, scene, u, near, span, box, pit=bool(pit))
 
 
 def _mirrors(scene: _Scene, u: Index, top: Index) -> Bool:
@@ -249,14 +246,6 @@ def _mirrors(scene: _Scene, u: Index, top: Index) -> Bool:
     d = scene.sorting.disparity[rows[first, np.arange(len(u))], u]
     foot: Bool = thing.any(axis=0) & (d > _SAME_RANGE * scene.sorting.floor[top, u])
     return foot
-
-
-def _across(scene: _Scene, u: Index, top: Index, bottom: Index) -> float:
-    """Return how far the other rim lies behind the near one [m], as on the floor."""
-    near = scene.floor_points(u.astype(float), bottom.astype(np.float64) + 0.5)
-    far = scene.floor_points(u.astype(float), np.maximum(top - 0.5, 0))
-    span = np.hypot(far[:, 0], far[:, 1]) - np.hypot(near[:, 0], near[:, 1])
-    return float(np.percentile(span, 75))
 
 
 def _borders(what: Bool, u: Index, v: Index, way: int, *, rows: int = _EDGE_ROWS) -> Bool:
@@ -279,13 +268,14 @@ def _measure(
     region: _Region,
     scene: _Scene,
     u: Index,
-    top: Index,
-    bottom: Index,
+    near: Float64,
+    span: Float64,
+    box: tuple[int, int, int, int],
     *,
     pit: bool,
 ) -> Hole | None:
+    """Measure a hole from its near rim (points) and how far behind it the other lies, by column."""
     view, ground = scene.view, scene.ground
-    near = scene.floor_points(u.astype(float), bottom.astype(np.float64) + 0.5)
     reach = np.hypot(near[:, 0], near[:, 1])
     first = int(np.argmin(reach))
     distance = float(np.percentile(reach, 5))
@@ -293,8 +283,6 @@ def _measure(
     left, right = float(bearings.max()), float(bearings.min())
     pixel = 1.0 / view.projection.fx
     across = (left - right + pixel) * float(np.median(reach))
-    far = scene.floor_points(u.astype(float), np.maximum(top - 0.5, 0))
-    span = np.hypot(far[:, 0], far[:, 1]) - reach
     length = float(np.percentile(span, 75)) if pit else math.nan
     depth, shown = _depth(region, scene, pit=pit)
     if depth <= 0.0:
@@ -325,7 +313,7 @@ def _measure(
             _RIM * depth,  # where exactly the rim and the bottom are is a matter of definition
         ),
         confidence=1 - math.exp(-shown / (4 * _LEAST_PIXELS)),
-        box=(int(u.min()), int(top.min()), int(u.max()), int(bottom.max())),
+        box=box,
         pixels=int(np.count_nonzero(region.mask)),
     )
 
@@ -340,8 +328,9 @@ def _steep(
     v, columns = np.nonzero(region.mask[:, u - region.columns.start])
     v = v + region.rows.start
     d = scene.sorting.disparity[v, u[columns]].astype(np.float64)
-    lifts = scene.ground.height * (1 - scene.sorting.floor[v, u[columns]] / d)
-    deep = lifts < -0.5 * depth  # NaN compares false
+    # lower than half the depth, without dividing by a disparity of 0; NaN compares false
+    height = scene.ground.height
+    deep = (d > 0) & (height * (d - scene.sorting.floor[v, u[columns]]) < -0.5 * depth * d)
     v, columns, d = v[deep], columns[deep], d[deep]
     points = scene.view.points(u[columns].astype(float), v.astype(float), d)
     reach = np.hypot(points[:, 0], points[:, 1])
@@ -353,8 +342,7 @@ def _steep(
 
 def _depth(region: _Region, scene: _Scene, *, pit: bool) -> tuple[float, int]:
     """Return how deep the region's deepest tenth lies below the floor [m], and its pixel count."""
-    v, u = np.nonzero(region.mask)
-    v, u = v + region.rows.start, u + region.columns.start
+    u, v = region.pixels()
     d = scene.sorting.disparity[v, u].astype(np.float64)
     seen = np.isfinite(d) & (d > 0)
     if np.count_nonzero(seen) < _LEAST_PIXELS // 2:

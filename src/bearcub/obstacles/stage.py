@@ -34,7 +34,7 @@ from bearcub.obstacles.measure import Extent, View, measure
 from bearcub.obstacles.segment import Segments, segment
 from bearcub.obstacles.sorting import Sorting, sort_by_floor
 from bearcub.obstacles.terrain import lie_of_the_land
-from bearcub.obstacles.verify import Witness
+from bearcub.obstacles.verify import Witness, confirmed
 from bearcub.rig.model import Mount
 from bearcub.robust import median
 
@@ -220,7 +220,7 @@ class ObstacleStage:
             if self._hangs(extent, hidden) and _hidden_below(d, segments.labels, number, u, v):
                 extent = replace(extent, bottom=0.0)  # its foot is out of sight
             if self._counts(extent, hidden, pixels) and (
-                pixels > _LARGE or _confirmed(witness, disparity, sorting, u, v)
+                pixels > _LARGE or confirmed(witness, sorting, u, v, offset=disparity.offset)
             ):
                 if not self._hangs(extent, hidden):
                     extent = replace(extent, bottom=0.0)
@@ -293,17 +293,6 @@ class ObstacleStage:
                 ),
             ),
         )
-
-
-def _confirmed(
-    witness: Witness | None, disparity: DisparityMap, sorting: Sorting, u: Index, v: Index
-) -> bool:
-    """Ask the images whether a thing's disparities explain them better than the floor's."""
-    if witness is None:
-        return True
-    shift = np.float32(disparity.offset)
-    floor = np.maximum(sorting.floor[v, u], 0)
-    return witness.supports(u, v, sorting.disparity[v, u] - shift, floor - shift)
 
 
 def _mixed(d: Float32, labels: Int32, number: int, u: Index, v: Index) -> bool:

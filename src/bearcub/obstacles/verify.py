@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bearcub.messages import DisparityMap, Float32, UInt8
+from bearcub.obstacles.sorting import Sorting
 
 _WINDOW = (11, 11)  # the brightness of a neighbourhood is no evidence: the cameras may differ in it
 _SAMPLES = 1500
@@ -59,6 +60,29 @@ class Witness:
         off = np.abs(here - _between(right, u - claimed, v - first)).mean()
         on = np.abs(here - _between(right, u - floor, v - first)).mean()
         return bool(off < _BETTER * on)
+
+
+def confirmed(
+    witness: Witness | None, sorting: Sorting, u: Index, v: Index, *, offset: float
+) -> bool:
+    """Ask the images whether pixels' disparities explain them better than the floor's.
+
+    Parameters
+    ----------
+    witness : Witness or None
+        None, for a disparity map without its images, confirms.
+    sorting : Sorting
+        The disparities and the floor's; above the horizon the floor is infinitely far.
+    u, v : ndarray of int64, shape (N,)
+        Columns and rows.
+    offset : float
+        In the disparities, not in the images [px].
+    """
+    if witness is None:
+        return True
+    shift = np.float32(offset)
+    floor = np.maximum(sorting.floor[v, u], 0)
+    return witness.supports(u, v, sorting.disparity[v, u] - shift, floor - shift)
 
 
 def _between(image: Float32, u: Float32, v: Index) -> Float32:
