@@ -91,7 +91,7 @@ def test_hole_in_one_column_alone_is_none(shot: Shot, noisy: Noisy, look: Look) 
     assert not (answer.layers.kind == Pixel.HOLE).any()
 
 
-@pytest.mark.parametrize("height", [1.5, 2.0])
+@pytest.mark.parametrize("height", [0.4, 0.6, 1.5, 2.0])
 def test_reflection_in_a_shiny_floor_is_no_hole(
     shot: Shot, noisy: Noisy, look: Look, crate: Crate, height: float
 ) -> None:

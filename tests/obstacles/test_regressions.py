@@ -1,4 +1,4 @@
-"""What once went wrong: ramps, drops, reflections, far things, limits of the free range."""
+"""What once went wrong: ramps, drops, far things, limits of the free range."""
 
 import math
 from collections.abc import Callable
@@ -57,27 +57,6 @@ def test_edge_of_a_loading_dock_is_a_drop(
     assert told["length"] is None
     assert told["sigma"]["length"] is None
     assert told["depth_is_lower_bound"]
-
-
-@pytest.mark.parametrize("height", [0.4, 0.6])
-def test_reflection_in_a_shiny_floor_is_no_hole(
-    shot: Shot, noisy: Noisy, look: Look, crate: Crate, height: float
-) -> None:
-    """What mirrors a crate upside down below its foot has the disparity of a pit there."""
-    thing = Scene(
-        ground=Ground(texture=scenes.TILES), things=(crate(3.0, 0.0, width=0.8, height=height),)
-    )
-    mirrored = crate(3.0, 0.0, width=0.8, height=height, bottom=-height)
-    frame = shot(thing)
-    below = shot(
-        Scene(ground=Ground(texture=scenes.TILES, pieces=((-9.0, -9.0, 0.0),)), things=(mirrored,))
-    )  # the crate hanging under a floor that is gone
-    image = (frame.labels == 0) & (below.labels == 1)
-    assert np.count_nonzero(image) > 300
-    disparity = np.where(image, below.disparity, frame.disparity)
-    answer = look(noisy(disparity, 0.1))
-    assert answer.holes == ()
-    assert len(answer.obstacles) == 1
 
 
 @pytest.mark.parametrize("slope", [-10.0, -5.0])
