@@ -47,6 +47,22 @@ def rotation(*, roll: float, pitch: float) -> Float64:
     return np.array([[cp, sp * sr, sp * cr], [0.0, cr, -sr], [-sp, cp * sr, cp * cr]])
 
 
+def down_vector(*, roll: float | Float64, pitch: float | Float64) -> Float64:
+    """Return the unit vector to the ground in the optical axes of a camera so inclined.
+
+    Parameters
+    ----------
+    roll, pitch : float or ndarray of float64, shape (N,)
+        REP-103 [rad].
+
+    Returns
+    -------
+    ndarray of float64, shape (3,) or (3, N)
+    """
+    cp = np.cos(pitch)
+    return np.array([np.sin(roll) * cp, np.cos(roll) * cp, np.sin(pitch)])
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Attitude:
     """Roll and pitch of a thing against the level, REP-103 [rad]."""
@@ -56,9 +72,7 @@ class Attitude:
 
     def down(self) -> Float64:
         """Return the unit vector to the ground in the optical axes of a camera so inclined."""
-        sr, cr = np.sin(self.roll), np.cos(self.roll)
-        sp, cp = np.sin(self.pitch), np.cos(self.pitch)
-        return np.array([sr * cp, cr * cp, sp])
+        return down_vector(roll=self.roll, pitch=self.pitch)
 
     @classmethod
     def from_down(cls, down: Float64) -> "Attitude":

@@ -16,12 +16,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bearcub.geometry import Attitude, Float64, Projection
+from bearcub.geometry import Float64, Projection, down_vector
 from bearcub.ground.prior import Prior
-from bearcub.messages import Float32
+from bearcub.messages import Bool, Float32
+from bearcub.robust import quantile
 
 _TRIPLES = 250
 _SCORED = 800  # pixels a proposal is scored on
+_FINALISTS = 24  # proposals that are scored on all of these
 _REFINED = 5000  # pixels the refinement uses
 _ANNEAL = (0.6, 0.4, 0.4)  # assumed noise while the refinement closes in [px]
 _NOISE = (0.1, 0.6)  # least and largest noise of a pixel that the refinement believes [px]
@@ -69,11 +71,11 @@ class PlaneFit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Pixels:
-    """A grid of measured pixels: homogeneous coordinates (N, 3) and disparities (N,)."""
+    """A grid of measured pixels: homogeneous coordinates (3, N) and disparities (N,)."""
 
     uv1: Float64
     d: Float64
-    floorlike: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    floorlike: Bool
     stride: int
 
 
@@ -116,12 +118,11 @@ def fit_plane(
     if len(planes) == 0:
         return None
     bump = unevenness / prior.height
-    scores = _scores(pixels, planes, bump) / (1.0 + _REMOTE * remoteness[allowed])
-    best = int(np.argmax(scores))
-    if scores[best] <= 0:
+    best, score = _best(pixels, planes, 1.0 / (1.0 + _REMOTE * remoteness[allowed]), bump)
+    if score <= 0:
         return None
-    height, _ = projection.floor(planes[best])
-    return _refine(pixels, planes[best], projection, prior, gates, unevenness / height)
+    height, _ = projection.floor(best)
+    return _refine(pixels, best, projection, prior, gates, unevenness / height)
 
 
 def _sample(disparity: Float32, projection: Projection, prior: Prior) -> _Pixels:
@@ -129,44 +130,43 @@ def _sample(disparity: Float32, projection: Projection, prior: Prior) -> _Pixels
     rows, columns = disparity.shape
     stride = max(1, int(np.sqrt(rows * columns / _REFINED)))
     reach = max(4, rows // 40)
-    v = np.arange(reach, rows - reach, stride)
-    u = np.arange(stride // 2, columns, stride)
-    d = disparity[np.ix_(v, u)].astype(np.float64)
-    climb = (disparity[np.ix_(v + reach, u)] - disparity[np.ix_(v - reach, u)]) / (2.0 * reach)
-    grid_u, grid_v = np.meshgrid(u.astype(np.float64), v.astype(np.float64))
-    valid = np.isfinite(d) & (d > 0)
+    first, last = stride // 2, rows - reach
+    d = disparity[reach:last:stride, first::stride]
+    lower, upper = disparity[2 * reach :: stride, first::stride], disparity[::stride, first::stride]
+    climb = (lower[: len(d)] - upper[: len(d)]) * np.float32(0.5 / reach)
     expected = projection.baseline / prior.height
     floorlike = (climb > 0.3 * expected) & (climb < 3.0 * expected)
-    uv1 = np.stack([grid_u[valid], grid_v[valid], np.ones(int(valid.sum()))], axis=1)
-    return _Pixels(uv1=uv1, d=d[valid], floorlike=floorlike[valid], stride=stride)
+    index = np.flatnonzero(d > 0)  # NaN compares false
+    v, u = np.divmod(index, d.shape[1])
+    uv1 = np.stack([u * stride + first, v * stride + reach, np.ones_like(u)]).astype(np.float64)
+    measured = d.ravel()[index].astype(np.float64)
+    return _Pixels(uv1=uv1, d=measured, floorlike=floorlike.ravel()[index], stride=stride)
 
 
 def _prior_planes(projection: Projection, prior: Prior) -> Float64:
     """Return the prior's plane and some inclined about it, for floors too rough for triples."""
     steps = np.radians([-6.0, -3.0, 0.0, 3.0, 6.0])
-    return np.array(
-        [
-            projection.plane(
-                height=prior.height,
-                down=Attitude(roll=prior.roll + roll, pitch=prior.pitch + pitch).down(),
-            )
-            for pitch in steps
-            for roll in steps
-        ]
+    down = down_vector(
+        roll=prior.roll + np.tile(steps, len(steps)),
+        pitch=prior.pitch + np.repeat(steps, len(steps)),
     )
+    return projection.plane(height=prior.height, down=down).T
 
 
 def _triples(pixels: _Pixels, seed: int) -> Float64:
-    """Propose planes through random triples of floor-like pixels."""
+    """Propose planes through random triples of floor-like pixels, shape (N, 3)."""
     candidates = np.flatnonzero(pixels.floorlike)
     if len(candidates) < 30:
         return np.zeros((0, 3))
-    pick = np.random.default_rng(seed).choice(candidates, size=(_TRIPLES, 3))
-    corners = pixels.uv1[pick]
-    area = np.abs(np.linalg.det(corners))
-    wide = area > 0.02 * np.ptp(pixels.uv1[:, 0]) * np.ptp(pixels.uv1[:, 1])
-    solved = np.linalg.solve(corners[wide], pixels.d[pick][wide][..., None])
-    planes: Float64 = solved[..., 0]
+    pick = candidates[np.random.default_rng(seed).integers(len(candidates), size=(3, _TRIPLES))]
+    u, v, _ = pixels.uv1[:, pick]
+    d = pixels.d[pick]
+    (u1, u2), (v1, v2), (d1, d2) = u[1:] - u[0], v[1:] - v[0], d[1:] - d[0]
+    area = u1 * v2 - u2 * v1
+    wide = np.abs(area) > 0.02 * np.ptp(pixels.uv1[0]) * np.ptp(pixels.uv1[1])
+    area = np.where(wide, area, 1.0)
+    a, b = (d1 * v2 - d2 * v1) / area, (u1 * d2 - u2 * d1) / area
+    planes: Float64 = np.stack([a, b, d[0] - a * u[0] - b * v[0]])[:, wide].T
     return planes
 
 
@@ -198,20 +198,34 @@ def _within(
     return allowed, z2
 
 
-def _scores(pixels: _Pixels, planes: Float64, bump: float) -> Float64:
+def _best(pixels: _Pixels, planes: Float64, belief: Float64, bump: float) -> tuple[Float64, float]:
+    """Return the plane that most pixels and the prior support, and its score.
+
+    All proposals run on few pixels, the better ones again on many.
+    """
+    scores = belief * _scores(pixels, planes, bump, _SCORED // 5)
+    if len(planes) > _FINALISTS:
+        finalists = np.argpartition(scores, -_FINALISTS)[-_FINALISTS:]
+        planes, belief = planes[finalists], belief[finalists]
+    scores = belief * _scores(pixels, planes, bump, _SCORED)
+    best = int(np.argmax(scores))
+    return planes[best], float(scores[best])
+
+
+def _scores(pixels: _Pixels, planes: Float64, bump: float, count: int) -> Float64:
     """Count for each plane the pixels on it, less a share of those below it."""
-    step = max(1, len(pixels.d) // _SCORED)
+    step = max(1, len(pixels.d) // count)
     d = pixels.d[::step].astype(np.float32)
     # contiguous: BLAS takes a hundred times as long for a float32 product with a transposed view
-    uv1 = np.ascontiguousarray(pixels.uv1[::step].T, dtype=np.float32)
+    uv1 = pixels.uv1[:, ::step].astype(np.float32, order="C")
     floor = planes.astype(np.float32) @ uv1
-    scale = 1 / (0.6 + bump * d)
-    residual = (d - floor) * scale
+    residual = (d - floor) * (1 / (0.6 + bump * d))
     # the floor just ahead counts most: what lies beyond may be another one
-    close = np.clip(floor / np.float32(np.percentile(d, 98)), 0, 1)
+    floor *= np.float32(1 / quantile(d, 0.98))
+    close = np.clip(floor, 0, 1, out=floor)
     support = np.maximum(1.0 - residual * residual, 0.0)
     support -= np.float32(_BELOW) * (residual < -1.5)
-    total: Float64 = np.einsum("ij,ij->i", close, support, dtype=np.float64)
+    total: Float64 = np.einsum("ij,ij->i", close, support).astype(np.float64)
     return total
 
 
@@ -224,66 +238,70 @@ def _refine(
     bump: float,
 ) -> PlaneFit | None:
     """Sharpen a proposed plane on all pixels of the grid that lie near ahead."""
-    lateral = (pixels.uv1[:, 0] - projection.cx) * projection.baseline / pixels.d
+    uv1, d = pixels.uv1, pixels.d
+    lateral = (uv1[0] - projection.cx) * projection.baseline / d
     aside = 1.0 / (1.0 + (lateral / _HALF_WIDTH) ** 2)
+    bumps = (0.5 * bump * d) ** 2
     scale, nearest = _ANNEAL[0], 0.0
     for assumed in (*_ANNEAL, 0.0, 0.0):
         scale = assumed or scale
-        floor = pixels.uv1 @ plane
-        residual = pixels.d - floor
-        width = np.hypot(scale, 0.5 * bump * pixels.d)
+        floor = plane @ uv1
+        residual = d - floor
+        variance = bumps + scale**2
+        off = residual * residual / variance
         if nearest == 0.0:
-            nearest = _nearest(floor, residual, width)
-        near = floor > _NEAR * nearest
-        weight = np.where(near, np.clip(1 - (residual / (_BIWEIGHT * width)) ** 2, 0, None), 0) ** 2
-        weight *= (scale / width) ** 2 * aside
-        weight *= np.clip(floor / (_CLOSE * nearest), 0, 1) ** 2
-        if np.count_nonzero(weight) < 30:
+            nearest = _nearest(floor, off)
+        inside = (off < _BIWEIGHT**2) & (floor > _NEAR * nearest)
+        weight = (1 - off / _BIWEIGHT**2) * np.minimum(floor / (_CLOSE * nearest), 1)
+        weight *= weight
+        weight *= aside / variance
+        weight *= inside
+        if np.count_nonzero(inside) < 30:
             return None
-        weighted = pixels.uv1 * weight[:, None]
-        normal = weighted.T @ pixels.uv1
+        weighted = uv1 * weight
         try:
-            plane = np.linalg.solve(normal, weighted.T @ pixels.d)
+            solved = np.linalg.solve(weighted @ uv1.T, weighted @ d)
         except np.linalg.LinAlgError:
             return None
-        inside = near & (np.abs(residual) < _BIWEIGHT * width)
+        plane = np.asarray(solved, dtype=np.float64)
         scale = 1.4826 * _weighted_median(np.abs(residual[inside]), aside[inside])
         scale = min(max(scale, _NOISE[0]), _NOISE[1])
     allowed, _ = _within(plane[None], projection, prior, gates)
     if not allowed[0]:
         return None
-    return _summary(pixels, plane, scale, weight, bump)
+    return _summary(pixels, plane, scale, weight * variance, bump)
 
 
 def _weighted_median(values: Float64, weights: Float64) -> float:
-    order = np.argsort(values)
-    total = np.cumsum(weights[order])
-    return float(values[order][np.searchsorted(total, 0.5 * total[-1])])
+    """Return the weighted median of positive values, to a hundredth (pixels)."""
+    total = np.cumsum(np.bincount((100 * values).astype(np.int64), weights=weights))
+    return 0.01 * (int(np.searchsorted(total, 0.5 * total[-1])) + 0.5)
 
 
-def _nearest(floor: Float64, residual: Float64, width: Float64) -> float:
-    """Return the nearest level [px] at which floor is seen."""
-    on = floor[(np.abs(residual) < 3 * width) & (floor > 0)]
-    return float(np.percentile(on, 98)) if len(on) else math.inf
+def _nearest(floor: Float64, off: Float64) -> float:
+    """Return the nearest level [px] at which floor is seen; `off` is z squared of each pixel."""
+    on = floor[(off < 9.0) & (floor > 0)]
+    return quantile(on, 0.98) if len(on) else math.inf
 
 
 def _summary(
     pixels: _Pixels, plane: Float64, scale: float, weight: Float64, bump: float
 ) -> PlaneFit:
-    floor = pixels.uv1 @ plane
+    floor = plane @ pixels.uv1
     residual = pixels.d - floor
-    width = np.hypot(scale, 0.5 * bump * pixels.d)
-    on = np.abs(residual) < 3 * width
-    here = floor > _NEAR * _nearest(floor, residual, width)
-    normal = (pixels.uv1 * weight[:, None]).T @ pixels.uv1
+    variance = scale**2 + (0.5 * bump * pixels.d) ** 2
+    off = residual * residual / variance
+    here = floor > _NEAR * _nearest(floor, off)
+    on = int(np.count_nonzero(here & (off < 9.0)))
+    above = int(np.count_nonzero(here & (off >= 9.0) & (residual > 0)))
+    normal = (pixels.uv1 * (weight / variance)) @ pixels.uv1.T
     each = max(1.0, _CORRELATED / pixels.stride**2)
-    covariance: Float64 = scale**2 * each * np.asarray(np.linalg.inv(normal), dtype=np.float64)
+    covariance: Float64 = each * np.asarray(np.linalg.inv(normal), dtype=np.float64)
     covariance[2, 2] += _LOCKING**2
-    not_above = here & (residual < 3 * width)
     return PlaneFit(
         plane=plane,
         covariance=covariance,
         noise=scale,
-        support=int(np.sum(on & here)) / max(1, int(np.sum(not_above))),
-        count=int(np.sum(on & here)) * pixels.stride**2,
+        support=on / max(1, int(np.count_nonzero(here)) - above),
+        count=on * pixels.stride**2,
     )

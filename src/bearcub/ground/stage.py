@@ -209,15 +209,14 @@ def _values(projection: Projection, plane: Float64) -> Float64:
 
 
 def _plane_jacobian(projection: Projection, values: Float64) -> Float64:
-    """Return the derivative of (a, b, c) by (height, pitch, roll), by central differences."""
-
-    def plane(at: Float64) -> Float64:
-        attitude = Attitude(pitch=float(at[1]), roll=float(at[2]))
-        return projection.plane(height=float(at[0]), down=attitude.down())
-
-    step = 1e-5
-    rows = [(plane(values + e) - plane(values - e)) / (2 * step) for e in step * np.eye(3)]
-    return np.stack(rows, axis=1)
+    """Return the derivative of (a, b, c) by (height, pitch, roll), shape (3, 3)."""
+    height, pitch, roll = (float(value) for value in values)
+    # the plane is linear in the direction down, so its derivative is the plane of the derivative
+    sr, cr, sp, cp = math.sin(roll), math.cos(roll), math.sin(pitch), math.cos(pitch)
+    down = np.array([[sr * cp, -sr * sp, cr * cp], [cr * cp, -cr * sp, -sr * cp], [sp, cp, 0.0]])
+    planes = projection.plane(height=height, down=down)
+    planes[:, 0] /= -height
+    return planes
 
 
 def _angle(prior: Prior, measured: Float64) -> float:
