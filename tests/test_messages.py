@@ -98,7 +98,7 @@ ANSWER = Answer(
         bearing=np.radians([-40.0]), range=np.array([4.1]), limit=(Limit.OBSTACLE,)
     ),
     timing=Timing(match=4.0, ground=0.4, obstacles=0.5, total=5.2),
-    layers=Layers(
+    layers=Layers.of(
         disparity=EMPTY,
         floor=EMPTY,
         kind=EMPTY.astype(np.uint8),

@@ -99,7 +99,7 @@ def _answer(**changes: Any) -> Answer:
             limit=(Limit.UNSEEN,) * 3,
         ),
         timing=Timing(match=1.0, ground=1.0, obstacles=1.0, total=3.0),
-        layers=Layers(
+        layers=Layers.of(
             disparity=np.ones((20, 30), dtype=np.float32),
             floor=nothing.astype(np.float32),
             kind=nothing.astype(np.uint8),

@@ -24,7 +24,7 @@ def by_name(rows: list[Row]) -> dict[str, Row]:
 
 def labelled(labels: NDArray[np.int32], disparity: float = 1.0) -> Layers:
     """Return layers where everything is measured at one disparity."""
-    return Layers(
+    return Layers.of(
         disparity=np.full(labels.shape, disparity, dtype=np.float32),
         floor=np.zeros(labels.shape, dtype=np.float32),
         kind=np.zeros(labels.shape, dtype=np.uint8),

@@ -31,7 +31,7 @@ def board(*, noise: float = 0.0, bias: float = 0.0, seed: int = 0, keep: float =
 def test_optical_pixels_become_points_in_base_link() -> None:
     point = VIEW.points(np.array([159.5]), np.array([249.5]), np.array([10.0]))
     # Z = 4 m; 40 columns to the left are 0.4 m left, 100 rows down are 1 m below the camera
-    np.testing.assert_allclose(point, [[4.0, 0.4, 0.0]], atol=1e-12)
+    np.testing.assert_allclose(point, [[4.0], [0.4], [0.0]], atol=1e-12)
 
 
 def test_board_is_as_far_as_its_disparity_says() -> None:

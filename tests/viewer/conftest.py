@@ -116,7 +116,7 @@ class World:
             u0, v0, u1, v1 = missing.box
             part = slice(v0, v1 + 1), slice(u0, u1 + 1)
             kind[part], labels[part] = Pixel.HOLE, -1 - i
-        return Layers(disparity=disparity, floor=floor, kind=kind, labels=labels)
+        return Layers.of(disparity=disparity, floor=floor, kind=kind, labels=labels)
 
     def ground(self) -> Ground:
         """The true floor."""

@@ -1,72 +1,91 @@
-"""The floor as a picture: its disparity, and how far from it a pixel may lie and still be floor."""
+"""The floor by its level: its disparity, and how noisy a pixel of it is, wherever it is asked for.
+
+The plane's own disparity (the level) is the coordinate of bend and noise. Both are tabulated by
+level once a frame; any pixel, window or grid of the image then costs one look-up.
+"""
 
 import math
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from bearcub.geometry import Float64
 from bearcub.messages import Float32, Ground
 
-_COARSE = 4  # pixels of a cell of the grid on which bend and noise are looked up
+_STEPS = 16  # entries of the tables per pixel of level
 _BORDER_SHARE = 0.5  # the floor's own uncertainty is taken in the lower half of the image
+
+Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Surface:
-    """The floor of one frame, arrays of shape (H, W).
+    """The floor of one frame.
 
     Attributes
     ----------
-    floor : ndarray of float32
-        Its disparity [px]; zero or less above the horizon.
-    noise : ndarray of float32
+    plane : ndarray of float32, shape (3,)
+        (a, b, c) of the level ``a u + b v + c``.
+    height : float
+        Of the camera above it [m].
+    bend : ndarray of float32, shape (N,)
+        Disparity of the floor less the level [px], by sixteenths of a pixel of level.
+    noise : ndarray of float32, shape (N,)
         1-sigma of a pixel of floor there, the floor's own uncertainty included [px].
     """
 
-    floor: Float32
+    plane: Float32
+    height: float
+    bend: Float32
     noise: Float32
 
+    @property
+    def levels(self) -> Float32:
+        """The levels of the tables' entries [px]."""
+        return np.arange(len(self.bend), dtype=np.float32) / np.float32(_STEPS)
 
-def floor_surface(ground: Ground, shape: tuple[int, int]) -> Surface:
-    """Return the floor's disparity and noise at every pixel.
+    @classmethod
+    def of(cls, ground: Ground, shape: tuple[int, int]) -> "Surface":
+        """Return the surface of `ground` for images of `shape`."""
+        rows, columns = shape
+        a, b, c = ground.plane
+        largest = max(0.0, c) + max(0.0, a * (columns - 1)) + max(0.0, b * (rows - 1))
+        levels = np.arange(math.ceil(largest * _STEPS) + 2) / _STEPS
+        own = floor_sigma(ground, shape)
+        noise = np.full_like(levels, ground.noise)
+        if len(ground.knots):
+            noise = np.interp(levels, ground.knots, ground.knot_noise)
+        return cls(
+            plane=ground.plane.astype(np.float32),
+            height=ground.height,
+            bend=bend_at(ground, levels).astype(np.float32),
+            noise=np.sqrt(noise**2 + own**2).astype(np.float32),
+        )
 
-    The plane's own disparity (the level) is the coordinate of bend and noise: both are looked up
-    on a coarse grid, since they change slowly, and enlarged.
+    def level(self, u: Index, v: Index) -> Float32:
+        """Return the plane's disparity [px] at pixels, broadcast against each other."""
+        a, b, c = self.plane
+        level: Float32 = (a * u.astype(np.float32) + c) + b * v.astype(np.float32)
+        return level
 
-    Parameters
-    ----------
-    ground : Ground
-    shape : tuple of int
-        (H, W) of the image.
+    def entry(self, level: Float32) -> Index:
+        """Return where the tables hold what belongs to `level`."""
+        scaled = level * np.float32(_STEPS)
+        scaled += np.float32(0.5)
+        entry: Index = np.maximum(scaled, 0, out=scaled).astype(np.int64)
+        return entry
 
-    Returns
-    -------
-    Surface
-    """
-    floor = _plane(ground, shape)
-    own = floor_sigma(ground, shape)
-    if len(ground.knots) == 0:
-        even = np.full(shape, math.hypot(ground.noise, own), dtype=np.float32)
-        return Surface(floor=floor, noise=even)
-    coarse = (max(1, shape[0] // _COARSE), max(1, shape[1] // _COARSE))
-    level = _full_size(floor, (coarse[1], coarse[0]), cv2.INTER_LINEAR)
-    noise = np.hypot(np.interp(level, ground.knots, ground.knot_noise), own).astype(np.float32)
-    bend = bend_at(ground, level.astype(np.float64)).astype(np.float32)
-    size = (shape[1], shape[0])
-    floor += _full_size(bend, size, cv2.INTER_LINEAR)
-    return Surface(floor=floor, noise=_full_size(noise, size, cv2.INTER_LINEAR))
-
-
-def _full_size(image: Float32, size: tuple[int, int], interpolation: int) -> Float32:
-    """Return `image` at another (width, height), pixel centres kept in place."""
-    return np.asarray(cv2.resize(image, size, interpolation=interpolation), dtype=np.float32)
+    def at(self, u: Index, v: Index) -> Float32:
+        """Return the floor's disparity [px] at pixels; zero or less above the horizon."""
+        level = self.level(u, v)
+        level += self.bend.take(self.entry(level))
+        return level
 
 
 def floor_disparity(ground: Ground, shape: tuple[int, int]) -> Float32:
     """Return the floor's disparity [px], shape (H, W); zero or less above the horizon."""
-    return floor_surface(ground, shape).floor
+    return Surface.of(ground, shape).at(np.arange(shape[1])[None, :], np.arange(shape[0])[:, None])
 
 
 def bend_at(ground: Ground, level: Float64) -> Float64:
@@ -86,13 +105,3 @@ def floor_sigma(ground: Ground, shape: tuple[int, int]) -> float:
     )
     variance = np.einsum("ni,ij,nj->n", corners, ground.covariance, corners)
     return float(np.sqrt(variance.max()))
-
-
-def _plane(ground: Ground, shape: tuple[int, int]) -> Float32:
-    a, b, c = ground.plane.astype(np.float32)
-    rows, columns = shape
-    level: Float32 = (
-        b * np.arange(rows, dtype=np.float32)[:, None]
-        + (a * np.arange(columns, dtype=np.float32) + c)[None, :]
-    )
-    return level

@@ -1,7 +1,9 @@
 """What the stages find in one frame: things, holes, ground, the free way, layers of pixels."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -224,25 +226,57 @@ class FreeRange:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Painting:
+    """Floor, kind and labels of every pixel; see `Layers`."""
+
+    floor: Float32
+    kind: UInt8
+    labels: Int32
+
+
+@dataclass(frozen=True, kw_only=True)
 class Layers:
-    """Per-pixel results, shape (H, W) each, of the left image.
+    """Per-pixel results, shape (H, W) each, of the left image, painted when first asked for.
 
     Attributes
     ----------
     disparity : float32
         As used [px]; NaN unmatched.
-    floor : float32
-        Disparity of the floor there [px], bend included; zero or less above the horizon.
-    kind : uint8
-        `Pixel` codes.
-    labels : int32
-        `Obstacle.id` of the pixel; ``-1, -2, ...`` for holes in their order; 0 none.
+    paint : callable
+        Returns the other layers.
     """
 
     disparity: Float32
-    floor: Float32
-    kind: UInt8
-    labels: Int32
+    paint: Callable[[], Painting]
+
+    @classmethod
+    def of(cls, *, disparity: Float32, floor: Float32, kind: UInt8, labels: Int32) -> "Layers":
+        """Return layers that are there already."""
+        painting = Painting(floor=floor, kind=kind, labels=labels)
+        return cls(disparity=disparity, paint=partial(_as_it_is, painting))
+
+    @cached_property
+    def _painting(self) -> Painting:
+        return self.paint()
+
+    @property
+    def floor(self) -> Float32:
+        """Disparity of the floor [px], float32, bend included; zero or less above the horizon."""
+        return self._painting.floor
+
+    @property
+    def kind(self) -> UInt8:
+        """`Pixel` codes, uint8."""
+        return self._painting.kind
+
+    @property
+    def labels(self) -> Int32:
+        """`Obstacle.id` of the pixel, int32; -1, -2, ... for holes in their order; 0 none."""
+        return self._painting.labels
+
+
+def _as_it_is(painting: Painting) -> Painting:
+    return painting
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,8 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bearcub.geometry import Float64
-from bearcub.messages import FreeRange, Layers, Limit, Obstacle, Pixel, Terrain
+from bearcub.messages import FreeRange, Limit, Obstacle, Terrain
+from bearcub.obstacles.layers import Painter
 from bearcub.obstacles.measure import View
+from bearcub.obstacles.sorting import Sorting
+from bearcub.robust import sorted_by_group
 
 _PIXELS = 6000
 _CELLS = 64  # of range between nothing and the farthest, each as much longer as it is farther
@@ -20,12 +23,13 @@ Index = NDArray[np.int64]
 
 
 def free_range(
-    layers: Layers,
+    sorting: Sorting,
+    painter: Painter,
     obstacles: tuple[Obstacle, ...],
     terrain: Terrain,
     view: View,
     *,
-    step: float,
+    bearing_step: float,
     farthest: float,
     clearance: float,
     steepest: float,
@@ -37,11 +41,14 @@ def free_range(
 
     Parameters
     ----------
-    layers : Layers
+    sorting : Sorting
+        The grid of pixels that was segmented.
+    painter : Painter
+        Knows what they are.
     obstacles : tuple of Obstacle
     terrain : Terrain
     view : View
-    step : float
+    bearing_step : float
         Between directions [rad].
     farthest : float
         [m].
@@ -55,14 +62,23 @@ def free_range(
     FreeRange
         NaN ranges where no floor at all was seen.
     """
-    bearings = _directions(view, layers.kind.shape[1], step)
-    sector, reach, kind, label = _pixels(layers, view, float(bearings[0]), step, len(bearings))
-    ends = _seen_until(sector, reach, kind == Pixel.FLOOR, len(bearings), farthest)
+    step = bearing_step
+    bearings = _directions(view, painter.sorter.disparity.shape[1], step)
+    sector, reach, label = _pixels(sorting, painter, view, float(bearings[0]), step, len(bearings))
+    ends = _seen_until(sector, reach, label == 0, len(bearings), farthest)
     limits = [Limit.UNSEEN] * len(bearings)
-    overhead = np.array([False] + [o.base_height > clearance for o in obstacles])
-    blocked = (kind == Pixel.OBSTACLE) & ~overhead[np.maximum(label, 0)]
-    for what, mask in ((Limit.OBSTACLE, blocked), (Limit.HOLE, kind == Pixel.HOLE)):
-        hit = _first_hits(sector[mask], reach[mask], len(bearings))
+    standing = [o for o in obstacles if not o.base_height > clearance]
+    blocked = np.zeros(len(obstacles) + 1, dtype=bool)
+    blocked[[o.id for o in standing]] = True
+    seen = {
+        Limit.OBSTACLE: _narrow_things(standing, bearings, step),
+        Limit.HOLE: np.full(len(bearings), math.inf),
+    }
+    for what, mask in (
+        (Limit.OBSTACLE, blocked.take(np.maximum(label, 0))),
+        (Limit.HOLE, label < 0),
+    ):
+        hit = np.minimum(_first_hits(sector[mask], reach[mask], len(bearings)), seen[what])
         # an unseen strip before a thing is its own foot; beyond the floor's end it is the limit
         reached = hit <= np.where(np.isnan(ends), math.inf, _FOOT * ends)
         for k in np.flatnonzero(reached & np.isfinite(hit)):
@@ -87,28 +103,38 @@ def _directions(view: View, columns: int, step: float) -> Float64:
     return step * np.arange(math.ceil(right / step), math.floor(left / step) + 1, dtype=np.float64)
 
 
+def _narrow_things(things: list[Obstacle], bearings: Float64, step: float) -> Float64:
+    """Return the range of the nearest thing no wider than a direction, in each; else inf.
+
+    Few of its pixels are sampled, and a post is an end all the same.
+    """
+    ends = np.full(len(bearings), math.inf)
+    for thing in things:
+        half = 0.5 * thing.width / max(thing.distance, 1e-6)
+        if half < step:
+            near = np.abs(bearings - thing.bearing) <= 0.5 * step + half
+            ends[near] = np.minimum(ends[near], thing.distance)
+    return ends
+
+
 def _pixels(
-    layers: Layers, view: View, first: float, step: float, count: int
-) -> tuple[Index, Float64, Index, Index]:
-    """Return direction, range [m], kind and label of a grid of pixels."""
-    rows, columns = layers.kind.shape
-    stride = max(1, int(math.sqrt(rows * columns / _PIXELS)))
-    kind = layers.kind[::stride, ::stride]
-    seen = (kind == Pixel.FLOOR) | (kind == Pixel.OBSTACLE) | (kind == Pixel.HOLE)
-    seen &= layers.disparity[::stride, ::stride] > 0
-    index = np.flatnonzero(seen)
-    what = kind.ravel()[index].astype(np.int64)
-    v, u = np.divmod(index, seen.shape[1])
-    u, v = u * stride, v * stride
+    sorting: Sorting, painter: Painter, view: View, first: float, step: float, count: int
+) -> tuple[Index, Float64, Index]:
+    """Return direction, range [m] and label of a grid of pixels: of floor, things and holes."""
+    stride = max(1, int(math.sqrt(sorting.on_floor.size / _PIXELS)))
+    grid = np.s_[::stride, ::stride]
+    labels = painter.sampled(stride)
+    measured = sorting.disparity[grid]
+    index = np.flatnonzero((sorting.on_floor[grid] | (labels != 0)) & (measured > 0))
+    label = labels.ravel()[index].astype(np.int64)
     # a hole begins where its floor is missing, not where the line of sight ends in it
-    d = np.where(what == Pixel.HOLE, layers.floor[v, u], layers.disparity[v, u])
-    points = view.points(u.astype(np.float64), v.astype(np.float64), d.astype(np.float64))
-    bearing = np.arctan2(points[:, 1], points[:, 0])
-    sector = np.rint((bearing - first) / step).astype(np.int64)
+    d = np.where(label < 0, sorting.floor[grid].ravel()[index], measured.ravel()[index])
+    v, u = np.divmod(index, labels.shape[1])
+    u, v = sorting.u[::stride][u], sorting.v[::stride][v]
+    x, y, _ = view.points(u.astype(np.float64), v.astype(np.float64), d.astype(np.float64))
+    sector = np.rint((np.arctan2(y, x) - first) / step).astype(np.int64)
     inside = (sector >= 0) & (sector < count)
-    reach = np.hypot(points[:, 0], points[:, 1])
-    label = layers.labels[v, u].astype(np.int64)
-    return sector[inside], reach[inside], what[inside], label[inside]
+    return sector[inside], np.sqrt(x * x + y * y)[inside], label[inside]
 
 
 def _seen_until(
@@ -130,10 +156,11 @@ def _seen_until(
 
 def _first_hits(sector: Index, reach: Float64, count: int) -> Float64:
     """Return the range of the third nearest pixel of each direction [m], else inf."""
-    order = np.lexsort((reach, sector))
-    sector, reach = sector[order], reach[order]
-    starts = np.searchsorted(sector, np.arange(count + 1))
-    enough = np.diff(starts) >= _HITS
+    near = reach < math.inf
+    sector, reach = sector[near], reach[near]
+    counts = np.bincount(sector, minlength=count)
+    starts = np.cumsum(counts) - counts
+    enough = counts >= _HITS
     hits = np.full(count, math.inf)
-    hits[enough] = reach[starts[:-1][enough] + _HITS - 1]
+    hits[enough] = sorted_by_group(reach, sector)[starts[enough] + _HITS - 1]
     return hits

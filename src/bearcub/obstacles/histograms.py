@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bearcub.geometry import Float64
-from bearcub.messages import Float32
+from bearcub.messages import Float32, Int32
 
 _LUT = 16  # steps of the level table per pixel of disparity
 
@@ -51,10 +51,11 @@ class Levels:
         middle = (np.arange(self.count) + 0.5) * self.width
         return np.where(middle < self.knee, middle, self.knee * np.exp(middle / self.knee - 1))
 
-    def table(self) -> "np.ndarray[tuple[int], np.dtype[np.int32]]":
-        """Return the level of every sixteenth of a pixel, for looking up whole images."""
+    def of_many(self, disparity: Float32) -> Int32:
+        """Return the whole level of every disparity, to a sixteenth of a pixel, by table."""
         steps = np.arange(int(self.largest * _LUT) + 2) / _LUT
-        return self.of(steps).astype(np.int32)
+        table = self.of(steps).astype(np.int32)
+        return table.take((disparity * np.float32(_LUT)).astype(np.int64))
 
 
 def column_histogram(

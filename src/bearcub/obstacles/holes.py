@@ -22,10 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bearcub.geometry import Float64
-from bearcub.messages import Bool, Ground, Hole, Int32
+from bearcub.messages import Bool, Ground, Hole
 from bearcub.obstacles.measure import View
-from bearcub.obstacles.sorting import Sorting
+from bearcub.obstacles.sorting import Sorter, Sorting
 from bearcub.obstacles.verify import Witness, confirmed
+from bearcub.robust import median, quantile
 
 _LEAST_PIXELS = 60
 _LEAST_COLUMNS = 8
@@ -38,7 +39,7 @@ _IMPOSSIBLE = 1.6  # times the visible depth, which its own errors allow for
 _RESUMED = 0.4  # of the tolerance: floor that lies lower still belongs to the drop
 _BORDERED = 0.6  # share of its columns in which floor must border it
 _LONGEST = 4.0  # ground that lies lower for longer is no pit but another floor [m]
-_DEEPEST = 10  # percentile of height that is called the bottom
+_DEEPEST = 0.1  # quantile of height that is called the bottom
 _STEEP = math.radians(20.0)  # a hole's walls are at least so steep
 _MIRRORED = 24  # rows in which the foot of a mirrored thing may hide in the tolerance
 _SAME_RANGE = 0.95  # of the disparity at the far rim: a thing farther behind is not mirrored
@@ -74,40 +75,80 @@ def sight_limit(focal: float, height: float, *, length: float = 1.0, rows: int =
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Scene:
-    """Everything a hole is judged against."""
+class Region:
+    """A connected part of the image that looks through the floor.
 
+    Attributes
+    ----------
+    mask : ndarray of bool, shape (H, W)
+        In a window of the image.
+    sorting : Sorting
+        Of that window.
+    """
+
+    mask: Bool
     sorting: Sorting
-    labels: Int32
+
+    @property
+    def top(self) -> int:
+        """First row of the window [px]."""
+        return int(self.sorting.v[0])
+
+    @property
+    def left(self) -> int:
+        """First column of the window [px]."""
+        return int(self.sorting.u[0])
+
+    def pixels(self) -> tuple[Index, Index]:
+        """Return the columns and rows of its pixels in the window."""
+        v, u = np.divmod(np.flatnonzero(self.mask), self.mask.shape[1])
+        return u, v
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Scene:
+    """Everything a hole is judged against.
+
+    `things` are the pixels of obstacles on the grid of every `step`-th pixel.
+    """
+
+    things: Bool
+    step: int
     view: View
     ground: Ground
 
-    def floor_points(self, u: Float64, v: Float64) -> Float64:
-        """Return where the floor at these pixels lies, shape (N, 3) [m]."""
-        at = self.sorting.floor[v.astype(int), u.astype(int)].astype(np.float64)
-        return self.view.points(u, v, np.maximum(at, 1e-3))
+    def floor_points(self, region: Region, u: Index, v: Float64) -> Float64:
+        """Return where the floor at these pixels of the window lies, shape (3, N) [m]."""
+        floor = region.sorting.floor[v.astype(int), u].astype(np.float64)
+        return self.view.points(
+            (u + region.left).astype(np.float64), v + region.top, np.maximum(floor, 1e-3)
+        )
 
 
 def find_holes(
+    sorter: Sorter,
     sorting: Sorting,
-    labels: Int32,
+    things: Bool,
     view: View,
     ground: Ground,
     *,
+    step: int,
     farthest: float,
     witness: Witness | None,
     offset: float,
-) -> tuple[tuple[Hole, ...], Int32]:
+) -> tuple[tuple[Hole, ...], tuple[Region, ...]]:
     """Find pits and drops.
 
     Parameters
     ----------
+    sorter : Sorter
     sorting : Sorting
-        The pixels sorted by the floor.
-    labels : ndarray of int32, shape (H, W)
-        Obstacles, to tell reflections.
+        Every `step`-th pixel in both directions: most frames have no hole.
+    things : ndarray of bool
+        Obstacles on the same grid, to tell reflections.
     view : View
     ground : Ground
+    step : int
     farthest : float
         [m].
     witness : Witness or None
@@ -119,71 +160,59 @@ def find_holes(
     -------
     holes : tuple of Hole
         Nearest first.
-    labels : ndarray of int32, shape (H, W)
-        -1, -2, ... for their pixels in that order, else 0.
+    regions : tuple of Region
+        Their pixels, in that order.
     """
-    numbered = np.zeros_like(labels)
     limit = min(farthest, sight_limit(view.projection.fx, ground.height))
     level = view.projection.fx * view.projection.baseline / limit
     below = sorting.below & (sorting.floor > level)
-    if not ground.seen or np.count_nonzero(below) < _LEAST_PIXELS:
-        return (), numbered
-    scene = _Scene(sorting=sorting, labels=labels, view=view, ground=ground)
+    if not ground.seen or np.count_nonzero(below) * step**2 < _LEAST_PIXELS:
+        return (), ()
+    scene = _Scene(things=things, step=step, view=view, ground=ground)
     found = []
-    for region in _regions(below, sorting):
+    for region in _regions(below, sorter, step):
         hole = _judge(region, scene)
-        if hole is not None and confirmed(witness, sorting, *region.pixels(), offset=offset):
+        if hole is None:
+            continue
+        u, v = region.pixels()
+        if confirmed(witness, sorter, u + region.left, v + region.top, offset=offset):
             found.append((hole, region))
     found.sort(key=lambda item: item[0].distance)
-    for number, (_, region) in enumerate(found, start=1):
-        numbered[region.rows, region.columns][region.mask] = -number
-    return tuple(hole for hole, _ in found), numbered
+    return tuple(hole for hole, _ in found), tuple(region for _, region in found)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Region:
-    """A connected part of the image that looks through the floor, in a window of the image."""
-
-    rows: slice
-    columns: slice
-    mask: Bool
-
-    def pixels(self) -> tuple[Index, Index]:
-        """Return the columns and rows of its pixels in the whole image."""
-        v, u = np.nonzero(self.mask)
-        return u + self.columns.start, v + self.rows.start
-
-
-def _regions(below: Bool, sorting: Sorting) -> Iterator[_Region]:
-    """Yield connected regions grown from `below` to the rim."""
-    height, width = below.shape
-    # a first look at half the resolution: most frames have no hole
-    coarse = np.ascontiguousarray(below[::2, ::2]).view(np.uint8)
-    closed = cv2.morphologyEx(coarse, cv2.MORPH_CLOSE, _CLOSING[:5, :5])
+def _regions(below: Bool, sorter: Sorter, step: int) -> Iterator[Region]:
+    """Yield connected regions grown from `below`, a grid, to the rim."""
+    height, width = sorter.disparity.shape
+    side = 7 if step == 1 else 5
+    closed = cv2.morphologyEx(below.view(np.uint8), cv2.MORPH_CLOSE, _CLOSING[:side, :side])
     count, parts, stats, _ = cv2.connectedComponentsWithStatsWithAlgorithm(
         closed, 8, cv2.CV_32S, cv2.CCL_SAUF
     )
     for number in range(1, count):
-        left, top, wide, high = (2 * int(value) for value in stats[number][:4])
-        area = 4 * int(stats[number][cv2.CC_STAT_AREA])
+        left, top, wide, high = (step * int(value) for value in stats[number][:4])
+        area = step**2 * int(stats[number][cv2.CC_STAT_AREA])
         if area < _LEAST_PIXELS or wide < _LEAST_COLUMNS or high < _LEAST_ROWS:
             continue
         margin = max(8, wide // 3, high // 2)
-        rows = slice(max(0, top - margin), min(height, top + high + margin))
-        columns = slice(max(0, left - margin), min(width, left + wide + margin))
-        at = np.ix_(
-            np.arange(rows.start, rows.stop) // 2, np.arange(columns.start, columns.stop) // 2
+        first, last = max(0, top - margin), min(height, top + high + margin)
+        # beyond what the region may grow to, rows that tell what borders it
+        above, under = max(_MIRRORED, (last - first) // 4) + 1, _EDGE_ROWS + 1
+        part = sorter.part(
+            slice(max(0, first - above), min(height, last + under)),
+            slice(max(0, left - margin), min(width, left + wide + margin)),
         )
-        seed = parts[at] == number
-        residual = sorting.residual[rows, columns]
-        strong = seed & below[rows, columns]
+        seed = parts[np.ix_(part.v // step, part.u // step)] == number
+        strong = seed & part.below
         if np.count_nonzero(strong) < 0.3 * area:
             continue
-        depth = float(-np.percentile(residual[strong], 10))
-        rim = np.maximum(_RIM * depth, _RIM_SIGMAS * sorting.noise[rows, columns])
-        weak = residual < -rim
-        weak |= _small_gaps(np.isnan(residual), largest=area)
-        yield _Region(rows=rows, columns=columns, mask=_grown(seed, weak))
+        depth = -quantile(part.residual[strong], 0.1)
+        rim = np.maximum(_RIM * depth, _RIM_SIGMAS * sorter.noise_of(part))
+        weak = part.residual < -rim
+        weak |= _small_gaps(np.isnan(part.residual), largest=area)
+        weak[: first - int(part.v[0])] = False
+        weak[last - int(part.v[0]) :] = False
+        yield Region(mask=_grown(seed, weak), sorting=part)
 
 
 def _small_gaps(unmatched: Bool, *, largest: int) -> Bool:
@@ -207,44 +236,43 @@ def _grown(seed: Bool, weak: Bool) -> Bool:
     return grown
 
 
-def _judge(region: _Region, scene: _Scene) -> Hole | None:
+def _judge(region: Region, scene: _Scene) -> Hole | None:
     """Tell whether a region is a hole, and measure it."""
-    mask = region.mask
-    counts = mask.sum(axis=0)
-    inside = np.flatnonzero(counts >= _LEAST_ROWS)
-    if len(inside) < _LEAST_COLUMNS:
+    mask, sorting = region.mask, region.sorting
+    u = np.flatnonzero(mask.sum(axis=0) >= _LEAST_ROWS)
+    if len(u) < _LEAST_COLUMNS:
         return None
-    top = mask.argmax(axis=0)[inside] + region.rows.start
-    bottom = mask.shape[0] - 1 - mask[::-1].argmax(axis=0)[inside] + region.rows.start
-    u = inside + region.columns.start
-    sorting = scene.sorting
+    top = mask.argmax(axis=0)[u]
+    bottom = mask.shape[0] - 1 - mask[::-1].argmax(axis=0)[u]
     near_floor = _borders(sorting.on_floor, u, bottom, +1)
     resumed = sorting.on_floor & (sorting.residual > -_RESUMED * sorting.allowed)
-    beyond = max(_EDGE_ROWS, mask.shape[0] // 4)  # a worn rim is as wide as the hole is large
+    rows = int(bottom.max() - top.min()) + 1
+    # a worn rim is as wide as the hole is large
+    beyond = max(_EDGE_ROWS, rows // 2, rows // 4 + len(u) // 6)
     far_floor = _borders(resumed, u, top, -1, rows=beyond)
-    if near_floor.mean() < _BORDERED or _mirrors(scene, u, top).mean() > 0.5:
+    if near_floor.mean() < _BORDERED or _mirrors(region, scene, u, top).mean() > 0.5:
         return None
-    near = scene.floor_points(u.astype(float), bottom.astype(np.float64) + 0.5)
-    far = scene.floor_points(u.astype(float), np.maximum(top - 0.5, 0))
-    span = np.hypot(far[:, 0], far[:, 1]) - np.hypot(near[:, 0], near[:, 1])
-    pit = far_floor.mean() >= _BORDERED and np.percentile(span, 75) < _LONGEST
+    near = scene.floor_points(region, u, bottom.astype(np.float64) + 0.5)
+    far = scene.floor_points(region, u, np.maximum(top - 0.5, 0))
+    span = np.hypot(far[0], far[1]) - np.hypot(near[0], near[1])
+    pit = far_floor.mean() >= _BORDERED and quantile(span, 0.75) < _LONGEST
     if not pit and not _falls_at_once(sorting, u, bottom):
         return None
-    box = (int(u.min()), int(top.min()), int(u.max()), int(bottom.max()))
-    return _measure(region, scene, u, near, span, box, pit=bool(pit))
+    return _measure(region, scene, (u, top, bottom), near, span, pit=bool(pit))
 
 
-def _mirrors(scene: _Scene, u: Index, top: Index) -> Bool:
+def _mirrors(region: Region, scene: _Scene, u: Index, top: Index) -> Bool:
     """Tell for each column whether the region ends at the foot of something that stands there.
 
     A shiny floor shows the picture of what stands on it upside down: below its foot, and no
     nearer than the foot itself.
     """
     rows = np.clip(top[None, :] - np.arange(1, _MIRRORED + 1)[:, None], 0, None)
-    thing = scene.labels[rows, u[None, :]] > 0
+    at = (rows + region.top) // scene.step, (u + region.left) // scene.step
+    thing = scene.things[at[0], at[1][None, :]]
     first = thing.argmax(axis=0)
-    d = scene.sorting.disparity[rows[first, np.arange(len(u))], u]
-    foot: Bool = thing.any(axis=0) & (d > _SAME_RANGE * scene.sorting.floor[top, u])
+    d = region.sorting.disparity[rows[first, np.arange(len(u))], u]
+    foot: Bool = thing.any(axis=0) & (d > _SAME_RANGE * region.sorting.floor[top, u])
     return foot
 
 
@@ -265,26 +293,29 @@ def _falls_at_once(sorting: Sorting, u: Index, bottom: Index) -> bool:
 
 
 def _measure(
-    region: _Region,
+    region: Region,
     scene: _Scene,
-    u: Index,
+    outline: tuple[Index, Index, Index],
     near: Float64,
     span: Float64,
-    box: tuple[int, int, int, int],
     *,
     pit: bool,
 ) -> Hole | None:
-    """Measure a hole from its near rim (points) and how far behind it the other lies, by column."""
+    """Measure a hole from its near rim and how far behind it the other lies, by column.
+
+    `outline` is columns, first and last rows in the window; `near` the near rim's points [m].
+    """
     view, ground = scene.view, scene.ground
-    reach = np.hypot(near[:, 0], near[:, 1])
+    u, top, bottom = outline
+    reach = np.hypot(near[0], near[1])
     first = int(np.argmin(reach))
-    distance = float(np.percentile(reach, 5))
-    bearings = np.arctan2(near[:, 1], near[:, 0])
+    distance = quantile(reach, 0.05)
+    bearings = np.arctan2(near[1], near[0])
     left, right = float(bearings.max()), float(bearings.min())
     pixel = 1.0 / view.projection.fx
-    across = (left - right + pixel) * float(np.median(reach))
-    length = float(np.percentile(span, 75)) if pit else math.nan
-    depth, shown = _depth(region, scene, pit=pit)
+    across = (left - right + pixel) * median(reach)
+    length = quantile(span, 0.75) if pit else math.nan
+    depth, shown = _depth(region, ground, pit=pit)
     if depth <= 0.0:
         return None
     if pit and not _steep(region, scene, u, reach, reach + span, depth):
@@ -295,8 +326,8 @@ def _measure(
     level = view.projection.fx * view.projection.baseline / max(distance, 1e-6)
     step = distance * distance * pixel / ground.height  # of the floor per row [m]
     return Hole(
-        x=float(near[first, 0]),
-        y=float(near[first, 1]),
+        x=float(near[0, first]),
+        y=float(near[1, first]),
         distance=distance,
         bearing=0.5 * (left + right),
         width=across,
@@ -313,43 +344,49 @@ def _measure(
             _RIM * depth,  # where exactly the rim and the bottom are is a matter of definition
         ),
         confidence=1 - math.exp(-shown / (4 * _LEAST_PIXELS)),
-        box=box,
+        box=(
+            int(u[0]) + region.left,
+            int(top.min()) + region.top,
+            int(u[-1]) + region.left,
+            int(bottom.max()) + region.top,
+        ),
         pixels=int(np.count_nonzero(region.mask)),
     )
 
 
 def _steep(
-    region: _Region, scene: _Scene, u: Index, near: Float64, far: Float64, depth: float
+    region: Region, scene: _Scene, u: Index, near: Float64, far: Float64, depth: float
 ) -> bool:
     """Tell a hole from undulating ground: half its depth is reached close to one of its rims.
 
-    `near` and `far` are the ranges [m] of the rims in the columns `u`.
+    `near` and `far` are the ranges [m] of the rims in the columns `u` of the window.
     """
-    v, columns = np.nonzero(region.mask[:, u - region.columns.start])
-    v = v + region.rows.start
-    d = scene.sorting.disparity[v, u[columns]].astype(np.float64)
+    v, columns = np.nonzero(region.mask[:, u])
+    d = region.sorting.disparity[v, u[columns]].astype(np.float64)
     # lower than half the depth, without dividing by a disparity of 0; NaN compares false
     height = scene.ground.height
-    deep = (d > 0) & (height * (d - scene.sorting.floor[v, u[columns]]) < -0.5 * depth * d)
+    deep = (d > 0) & (height * (d - region.sorting.floor[v, u[columns]]) < -0.5 * depth * d)
     v, columns, d = v[deep], columns[deep], d[deep]
-    points = scene.view.points(u[columns].astype(float), v.astype(float), d)
-    reach = np.hypot(points[:, 0], points[:, 1])
+    at = (u[columns] + region.left).astype(np.float64), (v + region.top).astype(np.float64)
+    points = scene.view.points(*at, d)
+    reach = np.hypot(points[0], points[1])
     to_rim = np.minimum(np.abs(reach - near[columns]), np.abs(far[columns] - reach))
     closest = np.full(len(u), np.inf)
     np.minimum.at(closest, columns, to_rim)
     return bool(np.median(closest) * math.tan(_STEEP) < 0.5 * depth)
 
 
-def _depth(region: _Region, scene: _Scene, *, pit: bool) -> tuple[float, int]:
+def _depth(region: Region, ground: Ground, *, pit: bool) -> tuple[float, int]:
     """Return how deep the region's deepest tenth lies below the floor [m], and its pixel count."""
-    u, v = region.pixels()
-    d = scene.sorting.disparity[v, u].astype(np.float64)
-    seen = np.isfinite(d) & (d > 0)
-    if np.count_nonzero(seen) < _LEAST_PIXELS // 2:
+    d = region.sorting.disparity[region.mask].astype(np.float64)
+    level = region.sorting.floor[region.mask].astype(np.float64)
+    seen = d > 0  # NaN compares false
+    shown = int(np.count_nonzero(seen))
+    if shown < _LEAST_PIXELS // 2:
         return 0.0, 0
-    d, level = d[seen], scene.sorting.floor[v, u][seen].astype(np.float64)
+    d, level = d[seen], level[seen]
     if not pit:  # far ground beyond a drop is noisier, and no measure of its lip
-        near = d >= np.median(d)
+        near = d >= median(d)
         d, level = d[near], level[near]
-    lifts = scene.ground.height * (1 - level / d)
-    return float(-np.percentile(lifts, _DEEPEST)), int(np.count_nonzero(seen))
+    lifts = ground.height * (1 - level / d)
+    return -quantile(lifts, _DEEPEST), shown

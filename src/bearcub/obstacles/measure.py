@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from bearcub.geometry import Float64, Projection
 from bearcub.messages import Float32
-from bearcub.robust import median, quantile
+from bearcub.robust import median, quantile, sorted_by_group
 
 _SIDE = 0.15  # share of a typical column's pixels at which a thing ends to the sides
 _TOP = 0.35  # share of a typical row's pixels at which it ends above and below
@@ -17,7 +17,7 @@ _EXPLAINED = 0.7  # share of the variance of height that range must explain on a
 _LONG = 1.5  # farthest over nearest range of what lies along the way
 _EXPLAINED_LONG = 0.25  # the same share where range itself is noisy
 _STEP = 0.15  # what rises over a longer way is sloping ground [m]
-_PIXELS = 10000  # that tell all there is to tell
+_PIXELS = 6000  # that tell all there is to tell
 _BLOCK = 25.0  # neighbouring pixels of a matcher that err together
 
 
@@ -41,10 +41,12 @@ class View:
     origin: Float64
 
     def points(self, u: Float64, v: Float64, disparity: Float64) -> Float64:
-        """Return the points [m] in ``base_link`` of pixels, shape (N, 3)."""
-        optical = self.projection.points(u, v, disparity)
-        with np.errstate(invalid="ignore"):  # what is infinitely far is nowhere in base_link
-            points: Float64 = optical @ self.base_from_optical.T + self.origin
+        """Return the points [m] in ``base_link`` of pixels, shape (3, N)."""
+        p = self.projection
+        rays = np.stack([(u - p.cx) / p.fx, (v - p.cy) / p.fy, np.ones(len(u))])
+        with np.errstate(divide="ignore", invalid="ignore"):  # what is infinitely far is nowhere
+            rays *= p.fx * p.baseline / disparity
+            points: Float64 = self.base_from_optical @ rays + self.origin[:, None]
         return points
 
 
@@ -109,9 +111,9 @@ def measure(
     step = max(1, len(u) // _PIXELS) | 1  # odd, or it would walk along columns
     weight = step * stride**2
     u, v, disparity = u[::step], v[::step], disparity[::step]
-    p = view.points(u, v, disparity.astype(np.float64))
-    bearing = np.arctan2(p[:, 1], p[:, 0])
-    reach = np.hypot(p[:, 0], p[:, 1])
+    x, y, z = view.points(u, v, disparity.astype(np.float64))
+    bearing = np.arctan2(y, x)
+    reach = np.sqrt(x * x + y * y)
     pixel = 1.0 / view.projection.fx
     left, right = _ends(bearing, stride * pixel, share=_SIDE)
     edge = fattening * pixel
@@ -128,9 +130,9 @@ def measure(
     width = 0.0 if narrow else _chord(ranges, left, right)
     edge = math.hypot(0.7, 0.5 * fattening) * pixel
     row = median(reach) * pixel
-    low, high = _ends(p[:, 2], stride * row, share=_TOP)
+    low, high = _ends(z, stride * row, share=_TOP)
     high = max(high - fattening * row, low + row)
-    front = p[reach < distance + _STEP + 3 * sigma_distance, 2]
+    front = z[reach < distance + _STEP + 3 * sigma_distance]
     drop = abs(view.origin[2] - high)
     return Extent(
         x=distance * math.cos(bearings[nearest]),
@@ -140,9 +142,9 @@ def measure(
         width=width,
         top=high,
         bottom=low,
-        fill=float(weight * np.sum((reach * pixel) ** 2)) / max(width * (high - low), 1e-6),
+        fill=weight * pixel**2 * float(reach @ reach) / max(width * (high - low), 1e-6),
         front=quantile(front, 0.9) if len(front) else low,
-        climbs=_climbs(reach, p[:, 2]),
+        climbs=_climbs(reach, z),
         sigma_distance=sigma_distance,
         sigma_bearing=edge / math.sqrt(2),
         sigma_width=math.hypot(math.sqrt(2) * edge * distance, width * spread / d_near),
@@ -160,9 +162,8 @@ def _ends(values: Float64, step: float, *, share: float) -> tuple[float, float]:
     so that stray pixels beyond a thing's edge do not move them.
     """
     start = float(values.min()) - 1.5 * step
-    bins = np.floor((values - start) / step).astype(np.int64)
-    counts = np.bincount(bins).astype(np.float64)
-    counts = np.append(counts, 0.0)
+    bins = ((values - start) * (1 / step)).astype(np.int64)
+    counts = np.bincount(bins, minlength=int(bins.max()) + 2).astype(np.float64)
     typical = median(counts[counts > 0])
     threshold = max(share * typical, 0.5)
     first, last = _main_run(counts, threshold)
@@ -203,14 +204,12 @@ def _near_face(
     columns = max(1.0, (right - left) / pixel)
     groups = int(np.clip(columns // 4, 1, 13))
     position = (bearing - left) / max(right - left, 1e-9) * groups
-    group = np.clip(position, 0, groups - 1).astype(np.int64)
-    order = np.lexsort((reach, group))
+    group = np.minimum(np.maximum(position, 0), groups - 1).astype(np.int64)
     counts = np.bincount(group, minlength=groups)
     ends = np.cumsum(counts)
     middle = ends - (counts + 1) // 2
     used = counts > 0.25 * median(counts)
-    sorted_reach = reach[order]
-    ranges = sorted_reach[middle[used]]
+    ranges = sorted_by_group(reach, group)[middle[used]]
     directions = left + (np.flatnonzero(used) + 0.5) * (right - left) / groups
     if len(ranges) >= 3:
         inner = 0.25 * ranges[:-2] + 0.5 * ranges[1:-1] + 0.25 * ranges[2:]

@@ -1,5 +1,6 @@
 """From pixels that stand above the floor to separate things, in the column histogram."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -7,15 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bearcub.geometry import Float64, Projection
-from bearcub.messages import Bool, Float32, Int32
-from bearcub.obstacles.histograms import _LUT, Levels, column_histogram
+from bearcub.messages import Bool, Int32
+from bearcub.obstacles.histograms import Levels, column_histogram
+from bearcub.obstacles.sorting import Sorter, Sorting
 
 Index = NDArray[np.int64]
 
-_LARGE = 200_000  # pixels of an image that is segmented at half its resolution
-_MANY = 2500  # pixels at half resolution that tell as much as all
+_MANY = 2500  # sampled pixels that tell as much as all
 # levels and columns around a thing that are still its, at full and at half resolution
 _FOOT = (np.ones((5, 7), dtype=np.uint8), np.ones((5, 5), dtype=np.uint8))
+_TO_LEFT_ABOVE = np.ones((2, 2), dtype=np.uint8)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,26 +26,82 @@ class Segments:
 
     Attributes
     ----------
-    labels : ndarray of int32, shape (H, W)
-        1.. for the pixels of each peak, 0 elsewhere.
-    members : tuple of (ndarray of int64, ndarray of int64)
-        Columns and rows of the pixels of each: of every pixel, or of every `stride`-th in both
-        directions where they are many.
-    stride : tuple of int
-        1, or the stride of `members`, for each.
+    labels : ndarray of uint16, shape (H // step, W // step)
+        1.. for the pixels of each peak, 0 elsewhere, on the grid that was segmented.
+    count : int
+        Number of peaks.
+    step : int
+        Of the grid [px].
+    nearest_level, farthest_level : float
+        Largest and smallest disparity that was looked at [px].
     """
 
-    labels: Int32
-    members: tuple[tuple[Index, Index], ...]
-    stride: tuple[int, ...]
+    labels: "NDArray[np.uint16]"
+    count: int
+    step: int
+    nearest_level: float
+    farthest_level: float
+
+    def members(self, sorter: Sorter, *, least: int) -> Iterator[tuple[int, Index, Index, int]]:
+        """Yield number, columns and rows of the pixels of each, and their stride.
+
+        Of every pixel of a small thing, of every `step`-th in both directions of a large one.
+
+        Parameters
+        ----------
+        sorter : Sorter
+            Of the same frame.
+        least : int
+            Smallest thing of interest [px].
+        """
+        index = np.flatnonzero(self.labels)
+        number = self.labels.ravel()[index]
+        order = np.argsort(number, kind="stable")  # 16 bits: a radix sort
+        ends = np.cumsum(np.bincount(number, minlength=self.count + 1)).tolist()
+        width = self.labels.shape[1]
+        for k in range(1, self.count + 1):
+            own = index[order[ends[k - 1] : ends[k]]]
+            if len(own) * self.step**2 < least:
+                continue
+            v, u = np.divmod(own, width)
+            if self.step > 1 and len(u) < _MANY:
+                yield k, *self._all_of(k, u, v, sorter), 1
+            else:
+                yield k, self.step * u, self.step * v, self.step
+
+    def enlarged(self, labels: "NDArray[np.uint16]", part: Sorting) -> "NDArray[np.uint16]":
+        """Return a window of labels at full resolution, where pixels of `part` stand.
+
+        Pixels left of and above a sampled one are its thing's, too.
+        """
+        if self.step > 1:
+            grown = np.asarray(cv2.dilate(labels, _TO_LEFT_ABOVE, anchor=(0, 0)), dtype=np.uint16)
+            labels = grown.repeat(self.step, axis=0).repeat(self.step, axis=1)
+        height, width = part.standing.shape
+        return labels[:height, :width] * self.inside(part)
+
+    def inside(self, part: Sorting) -> Bool:
+        """Return which pixels of `part` could belong to a thing."""
+        near, far = part.disparity <= self.nearest_level, part.disparity >= self.farthest_level
+        found: Bool = part.standing & near & far
+        return found
+
+    def _all_of(self, k: int, u: Index, v: Index, sorter: Sorter) -> tuple[Index, Index]:
+        """Return the columns and rows of every pixel of a thing that was sampled at (u, v)."""
+        top, left, bottom, right = int(v.min()), int(u.min()), int(v.max()) + 1, int(u.max()) + 1
+        s = self.step
+        part = sorter.part(slice(s * top, s * bottom), slice(s * left, s * right))
+        own = self.labels[top:bottom, left:right] == k
+        window = self.enlarged(own.astype(np.uint16), part)
+        v, u = np.divmod(np.flatnonzero(window), window.shape[1])
+        return u + s * left, v + s * top
 
 
 def segment(
-    disparity: Float32,
-    floor: Float32,
-    standing: Bool,
+    sorting: Sorting,
     projection: Projection,
     *,
+    step: int,
     camera_height: float,
     lean: float,
     least_height: float,
@@ -62,11 +120,12 @@ def segment(
 
     Parameters
     ----------
-    disparity, floor : ndarray of float32, shape (H, W)
-        [px].
-    standing : ndarray of bool, shape (H, W)
-        Pixels above the floor; NaN disparities must be False.
+    sorting : Sorting
+        Every `step`-th pixel of the image in both directions.
     projection : Projection
+        Of the image.
+    step : int
+        1 or 2.
     camera_height : float
         Above the floor [m].
     lean : float
@@ -83,20 +142,25 @@ def segment(
     -------
     Segments
     """
-    step = 2 if disparity.size > _LARGE else 1
-    d_grid, floor_grid = disparity[::step, ::step], floor[::step, ::step]
-    rows, width = d_grid.shape
-    inside = standing & (disparity >= farthest_level) & (disparity <= nearest_level)
-    counts = inside[::step, ::step]
-    index = np.flatnonzero(counts)
-    d = d_grid[counts]
+    empty = Segments(
+        labels=np.zeros(sorting.standing.shape, dtype=np.uint16),
+        count=0,
+        step=step,
+        nearest_level=nearest_level,
+        farthest_level=farthest_level,
+    )
+    rows, width = sorting.standing.shape
+    index = np.flatnonzero(empty.inside(sorting))
+    if len(index) == 0:
+        return empty
+    d = sorting.disparity.ravel().take(index)
     # no more levels than the nearest thing needs
     scale = Levels(width=0.25, knee=16.0, largest=float(d.max(initial=16.0)) + 1.0)
     column, wide = _upright_columns(index, rows, width, projection.cy / step, lean)
-    cell = scale.table()[(d * _LUT).astype(np.int32)]
+    cell = scale.of_many(d)
     cell *= wide
     cell += column
-    tall = d * np.float32(1 - low_height / camera_height) > floor_grid[counts]
+    tall = d * np.float32(1 - low_height / camera_height) > sorting.floor.ravel().take(index)
     peaks = _PeakFinder(
         scale=scale,
         least_rows=np.maximum(3.0, 0.5 * least_height * scale.centres() / projection.baseline)
@@ -105,46 +169,22 @@ def segment(
         gap=(gap_columns + 1) // step,
     )
     components, things = peaks.components(cell[tall])
-    around = cv2.dilate(components.astype(np.uint16), _FOOT[step - 1])
-    number = around.ravel()[cell].astype(np.int32)
-    loose = number == 0
-    if np.count_nonzero(loose) > 0:
+    number = cv2.dilate(components, _FOOT[step - 1]).ravel().take(cell)
+    loose = np.flatnonzero(number == 0)
+    if len(loose) > 0:
         others, more = peaks.components(cell[loose])
-        found = others.ravel()[cell[loose]]
-        number[loose] = np.where(found > 0, found + things, 0)
+        found = others.ravel().take(cell[loose])
+        number[loose] = np.where(found > 0, found + np.uint16(things), 0)
         things += more
-    labels = np.zeros(rows * width, dtype=np.int32)
-    labels[index] = number
-    grid = labels.reshape(rows, width)
-    if step > 1:
-        size = (disparity.shape[1], disparity.shape[0])
-        # pixels left of and above a sampled one are its thing's, too, where they stand
-        grid = cv2.dilate(grid.astype(np.uint16), np.ones((2, 2), dtype=np.uint8), anchor=(0, 0))
-        grid = np.asarray(cv2.resize(grid, size, interpolation=cv2.INTER_NEAREST), dtype=np.int32)
-        grid *= inside
-    return _gathered(grid, index, number, things, width, step)
-
-
-def _gathered(
-    labels: Int32, index: Index, number: Int32, things: int, width: int, step: int
-) -> Segments:
-    """List the pixels of every thing: all of a small one's, every `step`-th of a large one's."""
-    order = np.argsort(number.astype(np.uint16), kind="stable")  # 16 bits: a radix sort
-    ends = np.cumsum(np.bincount(number, minlength=things + 1))
-    members, strides = [], []
-    for k in range(1, things + 1):
-        v, u = np.divmod(index[order[ends[k - 1] : ends[k]]], width)
-        few = step > 1 and 0 < len(u) < _MANY
-        if few:
-            top, left = step * int(v.min()), step * int(u.min())
-            window = labels[top : step * int(v.max()) + step, left : step * int(u.max()) + step]
-            v, u = np.divmod(np.flatnonzero(window == k), window.shape[1])
-            v, u = v + top, u + left
-        else:
-            v, u = step * v, step * u
-        members.append((u, v))
-        strides.append(1 if few else step)
-    return Segments(labels=labels, members=tuple(members), stride=tuple(strides))
+    labels = empty.labels
+    labels.ravel()[index] = number
+    return Segments(
+        labels=labels,
+        count=things,
+        step=step,
+        nearest_level=nearest_level,
+        farthest_level=farthest_level,
+    )
 
 
 def _upright_columns(
@@ -152,10 +192,8 @@ def _upright_columns(
 ) -> tuple[Int32, int]:
     """Return the column of each pixel along upright lines, and how many there are."""
     shift = np.rint(lean * (np.arange(rows) - centre)).astype(np.int32)
-    if not shift.any():
-        return index.astype(np.int32) % np.int32(width), width
     upright = np.arange(width, dtype=np.int32)[None, :] - shift[:, None] + shift.max()
-    return upright.ravel()[index], width + int(shift.max() - shift.min())
+    return upright.ravel().take(index), width + int(shift.max() - shift.min())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -178,13 +216,13 @@ class _PeakFinder:
     width: int
     gap: int
 
-    def components(self, cell: Int32) -> tuple[Int32, int]:
+    def components(self, cell: Int32) -> tuple["NDArray[np.uint16]", int]:
         """Return the numbered peaks of the histogram of `cell`, and how many there are."""
         counts = column_histogram(cell, count=self.scale.count, width=self.width)
         around = cv2.boxFilter(counts, -1, (1, 5), normalize=False, borderType=cv2.BORDER_CONSTANT)
         enough = around >= self.least_rows[:, None].astype(np.float32)
-        peaks = (enough & (counts > 0)).astype(np.uint8)
+        peaks = (enough & (counts > 0)).view(np.uint8)
         kernel = np.ones((3, 2 * self.gap + 1), dtype=np.uint8)
         closed = cv2.morphologyEx(peaks, cv2.MORPH_CLOSE, kernel)
-        count, components = cv2.connectedComponents(closed, connectivity=8, ltype=cv2.CV_32S)
-        return np.asarray(components, dtype=np.int32), count - 1
+        count, components = cv2.connectedComponents(closed, connectivity=8, ltype=cv2.CV_16U)
+        return np.asarray(components, dtype=np.uint16), count - 1

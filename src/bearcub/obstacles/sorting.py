@@ -3,19 +3,24 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from bearcub.ground.surface import floor_surface
+from bearcub.ground.surface import Surface
 from bearcub.messages import Bool, Float32, Ground
+
+Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sorting:
-    """The pixels of one frame sorted by the floor, arrays of shape (H, W).
+    """The pixels of a part of one frame sorted by the floor, arrays of shape (H, W).
 
     Attributes
     ----------
-    disparity, floor, noise : ndarray of float32
-        Measured; of the floor; 1-sigma of a pixel of floor [px].
+    u, v : ndarray of int64, shape (W,) and (H,)
+        Columns and rows of the image that the part holds.
+    disparity, floor : ndarray of float32
+        Measured; of the floor [px].
     residual : ndarray of float32
         Measured less floor [px]; NaN unmatched.
     allowed : ndarray of float32
@@ -23,9 +28,10 @@ class Sorting:
     standing, on_floor, below : ndarray of bool
     """
 
+    u: Index
+    v: Index
     disparity: Float32
     floor: Float32
-    noise: Float32
     residual: Float32
     allowed: Float32
     standing: Bool
@@ -33,47 +39,95 @@ class Sorting:
     below: Bool
 
 
-def sort_by_floor(
-    disparity: Float32, ground: Ground, *, sigmas: float, unevenness: float, farthest_level: float
-) -> Sorting:
-    """Sort the pixels of a disparity map by the floor.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sorter:
+    """Sorts any part of a frame by the floor: the whole of it coarsely, a window exactly.
 
     The tolerance is `sigmas` times the noise at that level, and the bumps that still are floor: a
     bump H high adds ``d H / h`` to the disparity d.
 
-    Parameters
+    Attributes
     ----------
     disparity : ndarray of float32, shape (H, W)
         [px], NaN unmatched.
-    ground : Ground
-    sigmas : float
-    unevenness : float
-        Height of bumps that still are floor [m].
+    surface : Surface
+    tolerance : ndarray of float32
+        By the entries of the surface's tables [px].
     farthest_level : float
         Least disparity of floor that is told from the horizon [px].
-
-    Returns
-    -------
-    Sorting
     """
-    surface = floor_surface(ground, disparity.shape)
-    floor = surface.floor
-    allowed = floor * np.float32(unevenness / ground.height)
-    np.maximum(allowed, 0, out=allowed)
-    allowed += np.float32(sigmas) * surface.noise
-    residual = disparity - floor
-    floor_here = floor > farthest_level
-    standing = residual > allowed  # NaN compares false
-    below = (residual < -allowed) & floor_here
-    known = residual == residual  # noqa: PLR0124 (False for NaN, faster than isfinite)
-    on_floor = known & floor_here & ~(standing | below)
-    return Sorting(
-        disparity=disparity,
-        floor=floor,
-        noise=surface.noise,
-        residual=residual,
-        allowed=allowed,
-        standing=standing,
-        on_floor=on_floor,
-        below=below,
-    )
+
+    disparity: Float32
+    surface: Surface
+    tolerance: Float32
+    farthest_level: float
+
+    @classmethod
+    def of(
+        cls,
+        disparity: Float32,
+        ground: Ground,
+        *,
+        sigmas: float,
+        unevenness: float,
+        farthest_level: float,
+    ) -> "Sorter":
+        """Return the sorter of one frame.
+
+        Parameters
+        ----------
+        disparity : ndarray of float32, shape (H, W)
+            [px], NaN unmatched.
+        ground : Ground
+        sigmas : float
+        unevenness : float
+            Height of bumps that still are floor [m].
+        farthest_level : float
+            Least disparity of floor that is told from the horizon [px].
+        """
+        surface = Surface.of(ground, disparity.shape)
+        bumps = np.maximum(surface.levels + surface.bend, 0) * np.float32(
+            unevenness / ground.height
+        )
+        return cls(
+            disparity=disparity,
+            surface=surface,
+            tolerance=bumps + np.float32(sigmas) * surface.noise,
+            farthest_level=farthest_level,
+        )
+
+    def part(self, rows: slice, columns: slice) -> Sorting:
+        """Sort a window, or with steps in the slices a grid, of the image."""
+        height, width = self.disparity.shape
+        v, u = np.arange(*rows.indices(height)), np.arange(*columns.indices(width))
+        disparity = np.ascontiguousarray(self.disparity[rows, columns])
+        floor = self.surface.level(u[None, :], v[:, None])
+        entry = self.surface.entry(floor)
+        floor += self.surface.bend.take(entry)
+        allowed = self.tolerance.take(entry)
+        residual = disparity - floor
+        floor_here = floor > self.farthest_level
+        on_floor = np.abs(residual) <= allowed  # NaN compares false
+        on_floor &= floor_here
+        below = residual < -allowed
+        below &= floor_here
+        return Sorting(
+            u=u,
+            v=v,
+            disparity=disparity,
+            floor=floor,
+            residual=residual,
+            allowed=allowed,
+            standing=residual > allowed,
+            on_floor=on_floor,
+            below=below,
+        )
+
+    def noise_of(self, part: Sorting) -> Float32:
+        """Return the 1-sigma of a pixel of floor [px] at every pixel of a part."""
+        level = self.surface.level(part.u[None, :], part.v[:, None])
+        return self.surface.noise.take(self.surface.entry(level))
+
+    def tolerance_at(self, u: Index, v: Index) -> Float32:
+        """Return how far from the floor pixels may lie and still be floor [px]."""
+        return self.tolerance.take(self.surface.entry(self.surface.level(u, v)))

@@ -23,16 +23,15 @@ from bearcub.messages import (
     Int32,
     Layers,
     Obstacle,
-    Pixel,
     Terrain,
-    UInt8,
     Vote,
 )
 from bearcub.obstacles.free_range import free_range
 from bearcub.obstacles.holes import find_holes
+from bearcub.obstacles.layers import Painter
 from bearcub.obstacles.measure import Extent, View, measure
 from bearcub.obstacles.segment import Segments, segment
-from bearcub.obstacles.sorting import Sorting, sort_by_floor
+from bearcub.obstacles.sorting import Sorter
 from bearcub.obstacles.terrain import lie_of_the_land
 from bearcub.obstacles.verify import Witness, confirmed
 from bearcub.rig.model import Mount
@@ -41,6 +40,7 @@ from bearcub.robust import median
 _RISEN = 0.6  # share of its height that a low thing reaches at its front
 _SMALL = 400  # pixels of a thing that may be mixed ones
 _BESIDE = 8  # columns or rows to a nearer thing's edge [px]
+_LARGE_IMAGE = 200_000  # pixels of an image that is looked through at half its resolution
 _LARGE = 8000  # pixels of a thing that needs no second look at the images
 
 Index = NDArray[np.int64]
@@ -125,18 +125,19 @@ class ObstacleStage:
         d = disparity.disparity
         view = self.view(ground)
         farthest_level = self.projection.fx * self.projection.baseline / self.farthest
-        sorting = sort_by_floor(
+        sorter = Sorter.of(
             d,
             ground,
             sigmas=self.sigmas,
             unevenness=self.unevenness,
             farthest_level=farthest_level,
         )
+        step = 2 if d.size > _LARGE_IMAGE else 1
+        sorting = sorter.part(np.s_[::step], np.s_[::step])
         segments = segment(
-            d,
-            sorting.floor,
-            sorting.standing,
+            sorting,
             self.projection,
+            step=step,
             camera_height=ground.height,
             lean=math.tan(ground.roll),
             least_height=self.least_height,
@@ -145,37 +146,37 @@ class ObstacleStage:
             farthest_level=farthest_level,
         )
         witness = Witness.of(disparity)
-        obstacles, labels = self._obstacles(disparity, sorting, segments, view, ground, witness)
-        holes, hole_labels = find_holes(
+        obstacles, identities = self._obstacles(disparity, sorter, segments, view, ground, witness)
+        holes, regions = find_holes(
+            sorter,
             sorting,
-            labels,
+            (identities > 0).take(segments.labels),
             view,
             ground,
+            step=step,
             farthest=self.farthest,
             witness=witness,
             offset=disparity.offset,
         )
-        if holes:
-            labels = np.where(hole_labels < 0, hole_labels, labels)
-        layers = Layers(
-            disparity=d,
-            floor=sorting.floor,
-            kind=_kinds(d, sorting.on_floor, labels),
-            labels=labels,
-        )
-        terrain = lie_of_the_land(d, sorting.on_floor, view, ground, gravity=gravity)
+        painter = Painter(sorter=sorter, segments=segments, identities=identities, holes=regions)
+        terrain = lie_of_the_land(sorting, view, ground, gravity=gravity)
         way = free_range(
-            layers,
+            sorting,
+            painter,
             obstacles,
             terrain,
             view,
-            step=self.bearing_step,
+            bearing_step=self.bearing_step,
             farthest=self.farthest,
             clearance=self.clearance,
             steepest=self.steepest,
         )
         return Findings(
-            obstacles=obstacles, holes=holes, terrain=terrain, free_range=way, layers=layers
+            obstacles=obstacles,
+            holes=holes,
+            terrain=terrain,
+            free_range=way,
+            layers=Layers(disparity=d, paint=painter),
         )
 
     def view(self, ground: Ground) -> View:
@@ -190,21 +191,23 @@ class ObstacleStage:
     def _obstacles(
         self,
         disparity: DisparityMap,
-        sorting: Sorting,
+        sorter: Sorter,
         segments: Segments,
         view: View,
         ground: Ground,
         witness: Witness | None,
     ) -> tuple[tuple[Obstacle, ...], Int32]:
-        """Measure every segment; number those that count from the nearest."""
+        """Measure every segment; number those that count from the nearest.
+
+        The second value is the number of the obstacle that each segment is, 0 for none.
+        """
         d = disparity.disparity
         found = []
-        for number, (u, v) in enumerate(segments.members, start=1):
-            stride = segments.stride[number - 1]
+        for number, u, v, stride in segments.members(sorter, least=self.least_pixels):
             pixels = stride**2 * len(u)
             if pixels < self.least_pixels:
                 continue
-            if pixels < _SMALL and _mixed(d, segments.labels, number, u, v):
+            if pixels < _SMALL and _mixed(d, segments, number, u, v):
                 continue
             extent = measure(
                 view,
@@ -216,26 +219,23 @@ class ObstacleStage:
                 bias=self.bias,
                 fattening=disparity.fattening,
             )
-            hidden = ground.height * median(sorting.allowed[v, u] / d[v, u])
-            if self._hangs(extent, hidden) and _hidden_below(d, segments.labels, number, u, v):
+            hidden = ground.height * median(sorter.tolerance_at(u, v) / d[v, u])
+            if self._hangs(extent, hidden) and _hidden_below(d, segments, number, u, v):
                 extent = replace(extent, bottom=0.0)  # its foot is out of sight
             if self._counts(extent, hidden, pixels) and (
-                pixels > _LARGE or confirmed(witness, sorting, u, v, offset=disparity.offset)
+                pixels > _LARGE or confirmed(witness, sorter, u, v, offset=disparity.offset)
             ):
                 if not self._hangs(extent, hidden):
                     extent = replace(extent, bottom=0.0)
-                found.append((extent, number, _box(u, v, stride, d.shape)))
+                found.append((extent, number, _box(u, v, stride, d.shape), pixels))
         found.sort(key=lambda item: item[0].distance)
-        labels = np.zeros(d.shape, dtype=np.int32)
-        obstacles = []
-        for identity, (extent, number, box) in enumerate(found, start=1):
-            left, top, right, bottom = box
-            window = np.s_[top : bottom + 1, left : right + 1]
-            own = segments.labels[window] == number
-            np.copyto(labels[window], identity, where=own)
-            count = int(np.count_nonzero(own))
-            obstacles.append(self._obstacle(identity, extent, box, count, d.shape))
-        return tuple(obstacles), labels
+        identities = np.zeros(segments.count + 1, dtype=np.int32)
+        identities[[number for _, number, _, _ in found]] = np.arange(1, len(found) + 1)
+        obstacles = tuple(
+            self._obstacle(identity, extent, box, pixels, d.shape)
+            for identity, (extent, _, box, pixels) in enumerate(found, start=1)
+        )
+        return obstacles, identities
 
     def _counts(self, extent: Extent, hidden: float, pixels: int) -> bool:
         """Tell a thing from stray matches: they fill little of their outline or hang in the sky."""
@@ -295,23 +295,29 @@ class ObstacleStage:
         )
 
 
-def _mixed(d: Float32, labels: Int32, number: int, u: Index, v: Index) -> bool:
+def _mixed(d: Float32, segments: Segments, number: int, u: Index, v: Index) -> bool:
     """Tell pixels that a matcher put between a nearer thing's edge and what is behind it."""
     beside = np.zeros(len(u), dtype=bool)
     for right, down in ((-_BESIDE, 0), (_BESIDE, 0), (0, _BESIDE)):
-        column = np.clip(u + right, 0, d.shape[1] - 1)
-        row = np.clip(v + down, 0, d.shape[0] - 1)
-        other = labels[row, column]
-        beside |= (other != 0) & (other != number) & (d[row, column] > d[v, u])
+        beside |= _nearer_thing(d, segments, number, u, v, right, down)
     return bool(beside.mean() > 0.5)
 
 
-def _hidden_below(d: Float32, labels: Int32, number: int, u: Index, v: Index) -> bool:
+def _hidden_below(d: Float32, segments: Segments, number: int, u: Index, v: Index) -> bool:
     """Tell whether a nearer thing hides what is below these pixels."""
-    there = np.clip(v + _BESIDE, 0, d.shape[0] - 1)
-    other = labels[there, u]
-    hidden = (other != 0) & (other != number) & (d[there, u] > d[v, u])
+    hidden = _nearer_thing(d, segments, number, u, v, 0, _BESIDE)
     return len(np.unique(u[hidden])) > 0.5 * len(np.unique(u))
+
+
+def _nearer_thing(
+    d: Float32, segments: Segments, number: int, u: Index, v: Index, right: int, down: int
+) -> Bool:
+    """Tell which pixels have a nearer other thing so many pixels beside them."""
+    column = np.minimum(np.maximum(u + right, 0), d.shape[1] - 1)
+    row = np.minimum(v + down, d.shape[0] - 1)
+    other = segments.labels[row // segments.step, column // segments.step]
+    nearer: Bool = (other != 0) & (other != number) & (d[row, column] > d[v, u])
+    return nearer
 
 
 def _box(u: Index, v: Index, stride: int, shape: tuple[int, int]) -> tuple[int, int, int, int]:
@@ -331,12 +337,3 @@ def _cut(box: tuple[int, int, int, int], shape: tuple[int, int]) -> tuple[str, .
         "bottom": bottom >= rows - margin,
     }
     return tuple(name for name, touched in sides.items() if touched)
-
-
-def _kinds(d: Float32, on_floor: Bool, labels: Int32) -> UInt8:
-    kind = np.full(d.shape, Pixel.OTHER, dtype=np.uint8)
-    np.copyto(kind, np.uint8(Pixel.UNSEEN), where=np.isnan(d))
-    np.copyto(kind, np.uint8(Pixel.FLOOR), where=on_floor)
-    np.copyto(kind, np.uint8(Pixel.OBSTACLE), where=labels > 0)
-    np.copyto(kind, np.uint8(Pixel.HOLE), where=labels < 0)
-    return np.asarray(kind, dtype=np.uint8)

@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from bearcub.geometry import Attitude, Float64, base_from_optical
-from bearcub.ground.surface import bend_at
-from bearcub.messages import Bool, Float32, Ground, SlopeBand, Terrain
+from bearcub.messages import Ground, SlopeBand, Terrain
 from bearcub.obstacles.measure import View
+from bearcub.obstacles.sorting import Sorting
 
 _BAND = (1.5, 5.0)  # where slope and cross slope are taken [m] (the contract)
 _STEP = 0.5  # length of a band of the profile [m]
@@ -19,8 +19,7 @@ _INDEPENDENT = 4.0  # pixels of a bin of the profile that err independently
 
 
 def lie_of_the_land(
-    disparity: Float32,
-    on_floor: Bool,
+    sorting: Sorting,
     view: View,
     ground: Ground,
     *,
@@ -30,9 +29,8 @@ def lie_of_the_land(
 
     Parameters
     ----------
-    disparity : ndarray of float32, shape (H, W)
-        [px].
-    on_floor : ndarray of bool, shape (H, W)
+    sorting : Sorting
+        Of the whole image, or of a grid of it.
     view : View
         Over `ground`.
     ground : Ground
@@ -71,7 +69,7 @@ def lie_of_the_land(
         slope=slope,
         cross_slope=math.asin(float(np.clip(up, -1, 1))),
         sigma=math.hypot(sigma, max(ground.sigma_pitch, ground.sigma_roll)),
-        roughness=_roughness(disparity, on_floor, view, ground),
+        roughness=_roughness(sorting, view, ground),
         reference=reference,
         profile=tuple(bands),
     )
@@ -91,7 +89,7 @@ def _profile_ahead(view: View, ground: Ground, turn: Float64) -> tuple[Float64, 
     p = view.projection
     a, b, c = ground.plane
     u = np.full_like(level, p.cx)
-    points = view.points(u, (level - a * u - c) / b, level + bend)
+    points = view.points(u, (level - a * u - c) / b, level + bend).T
     sigma = ground.height * ground.knot_noise[::-1] / level / math.sqrt(_INDEPENDENT)
     points = (points - view.origin) @ turn.T + view.origin
     ahead = np.maximum.accumulate(points[:, 0])  # noise may not turn the profile back
@@ -113,20 +111,19 @@ def _rise(x: Float64, z: Float64, sigma: Float64, start: float, end: float) -> t
     return math.atan2(rise, run), doubt
 
 
-def _roughness(disparity: Float32, on_floor: Bool, view: View, ground: Ground) -> float:
+def _roughness(sorting: Sorting, view: View, ground: Ground) -> float:
     """Return the RMS height of the near floor about its profile [m]; NaN where noise hides it."""
-    stride = max(1, int(math.sqrt(on_floor.size / (2 * _PIXELS))))
-    grid = on_floor[::stride, ::stride]
-    v, u = np.divmod(np.flatnonzero(grid), grid.shape[1])
-    u, v = u * stride, v * stride
-    d = disparity[v, u].astype(np.float64)
-    a, b, c = ground.plane
-    level = a * u + b * v + c
-    near = level > view.projection.fx * view.projection.baseline / _BAND[1]
-    if np.count_nonzero(near) < _LEAST_PIXELS:
+    stride = max(1, int(math.sqrt(sorting.on_floor.size / (2 * _PIXELS))))
+    grid = np.s_[::stride, ::stride]
+    on_floor = sorting.on_floor[grid]
+    on_floor = on_floor & (
+        sorting.floor[grid] > view.projection.fx * view.projection.baseline / _BAND[1]
+    )
+    if np.count_nonzero(on_floor) < _LEAST_PIXELS:
         return math.nan
-    d, level = d[near], level[near]
-    lift = ground.height * (1 - (level + bend_at(ground, level)) / d)
-    noise = ground.height * np.interp(level, ground.knots, ground.knot_noise) / d
-    above = float(np.mean(lift**2) - np.mean(noise**2))
+    d = sorting.disparity[grid][on_floor].astype(np.float64)
+    floor = sorting.floor[grid][on_floor]
+    noise = ground.height * np.interp(floor, ground.knots, ground.knot_noise) / d
+    lift = ground.height * (1 - floor / d)
+    above = float(np.mean(lift * lift) - np.mean(noise * noise))
     return math.sqrt(above) if above > 0 else math.nan

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bearcub.messages import DisparityMap, Float32, UInt8
-from bearcub.obstacles.sorting import Sorting
+from bearcub.obstacles.sorting import Sorter
 
 _WINDOW = (11, 11)  # the brightness of a neighbourhood is no evidence: the cameras may differ in it
 _SAMPLES = 1500
@@ -46,8 +46,6 @@ class Witness:
         claimed, floor : ndarray of float32, shape (N,)
             Raw disparities (without the rig's `doffs`) [px]; NaN in `claimed` is left out.
         """
-        step = max(1, len(u) // _SAMPLES)
-        u, v, claimed, floor = u[::step], v[::step], claimed[::step], floor[::step]
         known = np.isfinite(claimed)
         u, v, claimed, floor = u[known], v[known], claimed[known], floor[known]
         if len(u) == 0:
@@ -63,7 +61,7 @@ class Witness:
 
 
 def confirmed(
-    witness: Witness | None, sorting: Sorting, u: Index, v: Index, *, offset: float
+    witness: Witness | None, sorter: Sorter, u: Index, v: Index, *, offset: float
 ) -> bool:
     """Ask the images whether pixels' disparities explain them better than the floor's.
 
@@ -71,7 +69,7 @@ def confirmed(
     ----------
     witness : Witness or None
         None, for a disparity map without its images, confirms.
-    sorting : Sorting
+    sorter : Sorter
         The disparities and the floor's; above the horizon the floor is infinitely far.
     u, v : ndarray of int64, shape (N,)
         Columns and rows.
@@ -80,9 +78,11 @@ def confirmed(
     """
     if witness is None:
         return True
+    step = max(1, len(u) // _SAMPLES)
+    u, v = u[::step], v[::step]
     shift = np.float32(offset)
-    floor = np.maximum(sorting.floor[v, u], 0)
-    return witness.supports(u, v, sorting.disparity[v, u] - shift, floor - shift)
+    floor = np.maximum(sorter.surface.at(u, v), 0)
+    return witness.supports(u, v, sorter.disparity[v, u] - shift, floor - shift)
 
 
 def _between(image: Float32, u: Float32, v: Index) -> Float32:

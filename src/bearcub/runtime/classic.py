@@ -190,4 +190,4 @@ def _layers(
         labels[part][answer.kept[part] == thing.peak.level] = number
     kind[labels > 0] = Pixel.OBSTACLE
     floor = (plane[0] * u + plane[1] * v + plane[2]).astype(np.float32)
-    return Layers(disparity=disparity, floor=floor, kind=kind, labels=labels)
+    return Layers.of(disparity=disparity, floor=floor, kind=kind, labels=labels)
