@@ -21,11 +21,13 @@ from bearcub.geometry import Float64, Projection
 from bearcub.messages import Float32
 from bearcub.robust import median, quantile
 
-_BINS = 44
+_KNEE = 8.0  # level from which on bins are narrow [px]
+_NEAR_BIN, _FAR_BIN = 1.05, 1.12  # ratio of the levels that bound a bin
+_NEAR_BINS = 40  # most of the narrow ones
 _APART = 256.0  # of the bins in a key that sorts by bin, then residual: more than any residual [px]
 _IQR = 0.7413  # 1-sigma over the interquartile range of a normal distribution
 _FARTHEST = 1.0  # least disparity of the floor that is followed [px]
-_ROWS, _COLUMNS = 160, 128  # of the image that are looked at: far levels lie in few rows
+_ROWS, _COLUMNS = 160, 80  # of the image that are looked at: far levels lie in few rows
 _HALF_WIDTH = 2.0  # of the way ahead [m]
 _LEAST = 12  # pixels of a bin
 _SHARE = 0.3  # of a bin's pixels that must lie on the profile
@@ -33,6 +35,7 @@ _STEP = 0.01  # change of height between neighbouring bins that is no step [m]
 _CORRELATED = 12.0  # neighbouring pixels of a matcher that err together
 _JUST_AHEAD = 0.62  # share of the nearest level to which the floor just ahead reaches
 _BENT = 0.06  # least bend of the floor just ahead that is corrected [px]
+_MIXED = 2.5  # spread of several surfaces, over the noise of one
 _SMALLEST = 0.1  # least noise believed [px]
 _LARGEST = 1.5  # largest noise believed [px]
 
@@ -94,11 +97,11 @@ def follow_floor(
     if len(level) < 10 * _LEAST:
         none = np.zeros(0)
         return Profile(knots=none, bend=none, noise=none, error=none)
-    edges = np.geomspace(_FARTHEST, quantile(level, 0.995) + 1e-6, _BINS + 1)
+    edges = _edges(quantile(level, 0.995) + 1e-6)
     index = np.searchsorted(edges, level) - 1
-    bins = _sorted_bins(index, residual)
+    bins = _sorted_bins(index, residual, len(edges) - 1)
     way = np.abs(lateral) < _HALF_WIDTH
-    ways = _sorted_bins(index[way], residual[way])
+    ways = _sorted_bins(index[way], residual[way], len(edges) - 1)
     centres = np.sqrt(edges[:-1] * edges[1:]).tolist()
     depth = projection.fx * projection.baseline / math.cos(pitch)
     tracker = _Tracker(height=height, depth=depth, steepest=math.tan(steepest), noise=noise)
@@ -114,7 +117,22 @@ def follow_floor(
     return Profile(knots=knots, bend=_smooth(bends), noise=_never_better_far(noises), error=errors)
 
 
-def _sorted_bins(index: NDArray[np.int64], residual: Float64) -> list[list[float]]:
+def _edges(nearest: float) -> Float64:
+    """Return the edges of the bins [px], ascending: narrow near ahead, where steps are seen."""
+    knee = min(_KNEE, nearest / _FAR_BIN)
+    near = int(np.clip(math.log(nearest / knee) / math.log(_NEAR_BIN), 4, _NEAR_BINS))
+    far = max(1, round(math.log(knee / _FARTHEST) / math.log(_FAR_BIN)))
+    growth = np.concatenate(
+        [
+            np.linspace(math.log(_FARTHEST), math.log(knee), far, endpoint=False),
+            np.linspace(math.log(knee), math.log(nearest), near + 1),
+        ]
+    )
+    edges: Float64 = np.exp(growth)
+    return edges
+
+
+def _sorted_bins(index: NDArray[np.int64], residual: Float64, count: int) -> list[list[float]]:
     """Return the residuals of every bin in ascending order.
 
     What follows takes a few ranks and counts of each short list: as lists, by bisection, that is
@@ -123,7 +141,7 @@ def _sorted_bins(index: NDArray[np.int64], residual: Float64) -> list[list[float
     limit = 0.5 * _APART
     keys = index * _APART + np.minimum(np.maximum(residual, -0.99 * limit), 0.99 * limit)
     keys.sort()
-    ends = np.searchsorted(keys, np.arange(_BINS + 1) * _APART - limit).tolist()
+    ends = np.searchsorted(keys, np.arange(count + 1) * _APART - limit).tolist()
     values = (keys - np.rint(keys / _APART) * _APART).tolist()
     return [values[first:last] for first, last in pairwise(ends)]
 
@@ -231,12 +249,12 @@ class _Tracker:
             # a step takes most of the way off the floor, to one side
             self._ended = max(below, len(way) - above) > (1 - _SHARE) * len(way)
             return expected
-        if abs(on[len(on) // 2] - expected) > reach:
-            # many stand higher or lower; what goes on as before is the floor, if enough does
+        if abs(on[len(on) // 2] - expected) > reach and _spread(on) > _MIXED * self._noise:
+            # several surfaces: what goes on as before is the floor, if enough does
             same = way[bisect_right(way, expected - reach) : bisect_left(way, expected + reach)]
             on = same if len(same) >= least else on
         middle = on[len(on) // 2]
-        spread = _IQR * (on[3 * len(on) // 4] - on[len(on) // 4])
+        spread = _spread(on)
         lift = self._height * middle / max(level + middle, 0.1)
         there = self._depth / max(level + middle, 0.1)
         # a spread far beyond the noise so far is of several surfaces, and excuses no climb
@@ -269,6 +287,11 @@ class _Tracker:
             tail = (bend - here[first + int(0.05 * (last - first - 1) + 0.5)]) / 1.96
             self._tail = min(max(tail, _SMALLEST), _LARGEST)
         return self._tail
+
+
+def _spread(values: Sequence[float]) -> float:
+    """Return a robust 1-sigma of values in ascending order."""
+    return _IQR * (values[3 * len(values) // 4] - values[len(values) // 4])
 
 
 def _never_better_far(noises: Float64) -> Float64:
