@@ -27,6 +27,7 @@ from bearcub.stereo.pgm import encode_pgm, parse_pgm
 ByteOrder = Literal["auto", "big", "little"]
 
 _LARGEST_ARRAY = 1 << 28  # pixels; a file that claims more is damaged
+_TELLING = 64  # pixels from which on jumps tell a wrong byte order
 
 # What NumPy and zipfile raise for bytes that are not theirs.
 _NOT_NUMPY = (
@@ -225,7 +226,8 @@ def _settle_order(
     if wanted == likely:
         return wanted, ""
     asked, other = (big, little) if wanted == "big" else (little, big)
-    if asked.jumps > MANY_JUMPS and other.jumps < asked.jumps / 2:
+    telling = words.size >= _TELLING and other.jumps < asked.jumps / 2
+    if telling and asked.jumps > MANY_JUMPS:
         raise FormatError(
             f"{name}: read as {wanted}-endian, as asked for, {100 * asked.jumps:.0f} % of the "
             f"disparities jump from their neighbours, expected at most {100 * MANY_JUMPS:.0f} %; "
