@@ -124,8 +124,10 @@ def base_from_optical(down: Float64, forward: Float64) -> Float64:
     """
     up = -np.asarray(down, dtype=np.float64) / np.linalg.norm(down)
     ahead = forward - (forward @ up) * up
-    ahead = ahead / np.linalg.norm(ahead)
-    return np.stack([ahead, np.cross(up, ahead), up])
+    x, y, z = ahead / np.linalg.norm(ahead)
+    a, b, c = up
+    left = (b * z - c * y, c * x - a * z, a * y - b * x)  # up x ahead
+    return np.array([(x, y, z), left, (a, b, c)])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

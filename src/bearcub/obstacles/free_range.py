@@ -70,15 +70,13 @@ def free_range(
     standing = [o for o in obstacles if not o.base_height > clearance]
     blocked = np.zeros(len(obstacles) + 1, dtype=bool)
     blocked[[o.id for o in standing]] = True
-    seen = {
-        Limit.OBSTACLE: _narrow_things(standing, bearings, step),
-        Limit.HOLE: np.full(len(bearings), math.inf),
-    }
     for what, mask in (
         (Limit.OBSTACLE, blocked.take(np.maximum(label, 0))),
         (Limit.HOLE, label < 0),
     ):
-        hit = np.minimum(_first_hits(sector[mask], reach[mask], len(bearings)), seen[what])
+        hit = _first_hits(sector[mask], reach[mask], len(bearings))
+        if what == Limit.OBSTACLE:
+            hit = np.minimum(hit, _narrow_things(standing, bearings, step))
         # an unseen strip before a thing is its own foot; beyond the floor's end it is the limit
         reached = hit <= np.where(np.isnan(ends), math.inf, _FOOT * ends)
         for k in np.flatnonzero(reached & np.isfinite(hit)):

@@ -17,7 +17,6 @@ _EXPLAINED = 0.7  # share of the variance of height that range must explain on a
 _LONG = 1.5  # farthest over nearest range of what lies along the way
 _EXPLAINED_LONG = 0.25  # the same share where range itself is noisy
 _STEP = 0.15  # what rises over a longer way is sloping ground [m]
-_PIXELS = 6000  # that tell all there is to tell
 _BLOCK = 25.0  # neighbouring pixels of a matcher that err together
 
 
@@ -82,6 +81,7 @@ def measure(
     disparity: Float32,
     *,
     stride: int,
+    pixels: int,
     noise: float,
     bias: float,
     fattening: float,
@@ -96,7 +96,9 @@ def measure(
     disparity : ndarray of float32, shape (N,)
         [px].
     stride : int
-        They are every `stride`-th pixel in both directions.
+        They are of every `stride`-th column and row.
+    pixels : int
+        That the thing has: these, or more of which these are a sample.
     noise : float
         1-sigma of a pixel's disparity [px], independent between patches.
     bias : float
@@ -108,9 +110,7 @@ def measure(
     -------
     Extent
     """
-    step = max(1, len(u) // _PIXELS) | 1  # odd, or it would walk along columns
-    weight = step * stride**2
-    u, v, disparity = u[::step], v[::step], disparity[::step]
+    weight = pixels / len(u)
     x, y, z = view.points(u, v, disparity.astype(np.float64))
     bearing = np.arctan2(y, x)
     reach = np.sqrt(x * x + y * y)

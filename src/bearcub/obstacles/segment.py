@@ -15,9 +15,33 @@ from bearcub.obstacles.sorting import Sorter, Sorting
 Index = NDArray[np.int64]
 
 _MANY = 2500  # sampled pixels that tell as much as all
+_SAMPLE = 4000  # pixels that tell all there is to tell of a large thing
 # levels and columns around a thing that are still its, at full and at half resolution
 _FOOT = (np.ones((5, 7), dtype=np.uint8), np.ones((5, 5), dtype=np.uint8))
 _TO_LEFT_ABOVE = np.ones((2, 2), dtype=np.uint8)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Member:
+    """The pixels of one segment, or a sample of them that tells as much.
+
+    Attributes
+    ----------
+    number : int
+        Of the segment.
+    u, v : ndarray of int64, shape (N,)
+        Columns and rows [px].
+    stride : int
+        They are of every `stride`-th column and row.
+    pixels : int
+        That the segment has.
+    """
+
+    number: int
+    u: Index
+    v: Index
+    stride: int
+    pixels: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,10 +66,8 @@ class Segments:
     nearest_level: float
     farthest_level: float
 
-    def members(self, sorter: Sorter, *, least: int) -> Iterator[tuple[int, Index, Index, int]]:
-        """Yield number, columns and rows of the pixels of each, and their stride.
-
-        Of every pixel of a small thing, of every `step`-th in both directions of a large one.
+    def members(self, sorter: Sorter, *, least: int) -> Iterator[Member]:
+        """Yield the pixels of each: all of a small thing's, a sample of a large one's.
 
         Parameters
         ----------
@@ -60,14 +82,18 @@ class Segments:
         ends = np.cumsum(np.bincount(number, minlength=self.count + 1)).tolist()
         width = self.labels.shape[1]
         for k in range(1, self.count + 1):
-            own = index[order[ends[k - 1] : ends[k]]]
-            if len(own) * self.step**2 < least:
+            count = ends[k] - ends[k - 1]
+            if count * self.step**2 < least:
                 continue
-            v, u = np.divmod(own, width)
-            if self.step > 1 and len(u) < _MANY:
-                yield k, *self._all_of(k, u, v, sorter), 1
+            few = count < _MANY
+            thin = 1 if few else max(1, count // _SAMPLE) | 1  # odd, or it would walk along columns
+            v, u = np.divmod(index[order[ends[k - 1] : ends[k] : thin]], width)
+            if few and self.step > 1:
+                u, v = self._all_of(k, u, v, sorter)
+                yield Member(number=k, u=u, v=v, stride=1, pixels=len(u))
             else:
-                yield k, self.step * u, self.step * v, self.step
+                s = self.step
+                yield Member(number=k, u=s * u, v=s * v, stride=s, pixels=count * s**2)
 
     def enlarged(self, labels: "NDArray[np.uint16]", part: Sorting) -> "NDArray[np.uint16]":
         """Return a window of labels at full resolution, where pixels of `part` stand.

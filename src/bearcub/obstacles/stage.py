@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bearcub.geometry import (
     Attitude,
@@ -30,7 +29,7 @@ from bearcub.obstacles.free_range import free_range
 from bearcub.obstacles.holes import find_holes
 from bearcub.obstacles.layers import Painter
 from bearcub.obstacles.measure import Extent, View, measure
-from bearcub.obstacles.segment import Segments, segment
+from bearcub.obstacles.segment import Member, Segments, segment
 from bearcub.obstacles.sorting import Sorter
 from bearcub.obstacles.terrain import lie_of_the_land
 from bearcub.obstacles.verify import Witness, confirmed
@@ -42,8 +41,6 @@ _SMALL = 400  # pixels of a thing that may be mixed ones
 _BESIDE = 8  # columns or rows to a nearer thing's edge [px]
 _LARGE_IMAGE = 200_000  # pixels of an image that is looked through at half its resolution
 _LARGE = 8000  # pixels of a thing that needs no second look at the images
-
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -203,39 +200,54 @@ class ObstacleStage:
         """
         d = disparity.disparity
         found = []
-        for number, u, v, stride in segments.members(sorter, least=self.least_pixels):
-            pixels = stride**2 * len(u)
-            if pixels < self.least_pixels:
-                continue
-            if pixels < _SMALL and _mixed(d, segments, number, u, v):
-                continue
-            extent = measure(
-                view,
-                (u + 0.5 * (stride - 1)).astype(np.float64),
-                (v + 0.5 * (stride - 1)).astype(np.float64),
-                d[v, u],
-                stride=stride,
-                noise=ground.noise,
-                bias=self.bias,
-                fattening=disparity.fattening,
-            )
-            hidden = ground.height * median(sorter.tolerance_at(u, v) / d[v, u])
-            if self._hangs(extent, hidden) and _hidden_below(d, segments, number, u, v):
-                extent = replace(extent, bottom=0.0)  # its foot is out of sight
-            if self._counts(extent, hidden, pixels) and (
-                pixels > _LARGE or confirmed(witness, sorter, u, v, offset=disparity.offset)
+        for member in segments.members(sorter, least=self.least_pixels):
+            extent = self._extent(member, disparity, segments, sorter, view, ground)
+            if extent is not None and (
+                member.pixels > _LARGE
+                or confirmed(witness, sorter, member.u, member.v, offset=disparity.offset)
             ):
-                if not self._hangs(extent, hidden):
-                    extent = replace(extent, bottom=0.0)
-                found.append((extent, number, _box(u, v, stride, d.shape), pixels))
+                found.append((extent, member))
         found.sort(key=lambda item: item[0].distance)
         identities = np.zeros(segments.count + 1, dtype=np.int32)
-        identities[[number for _, number, _, _ in found]] = np.arange(1, len(found) + 1)
+        identities[[member.number for _, member in found]] = np.arange(1, len(found) + 1)
         obstacles = tuple(
-            self._obstacle(identity, extent, box, pixels, d.shape)
-            for identity, (extent, _, box, pixels) in enumerate(found, start=1)
+            self._obstacle(identity, extent, member, d.shape)
+            for identity, (extent, member) in enumerate(found, start=1)
         )
         return obstacles, identities
+
+    def _extent(
+        self,
+        member: Member,
+        disparity: DisparityMap,
+        segments: Segments,
+        sorter: Sorter,
+        view: View,
+        ground: Ground,
+    ) -> Extent | None:
+        """Measure one segment; None when it is no thing that counts."""
+        d, u, v = disparity.disparity, member.u, member.v
+        if member.pixels < self.least_pixels:
+            return None
+        if member.pixels < _SMALL and _mixed(d, segments, member):
+            return None
+        extent = measure(
+            view,
+            (u + 0.5 * (member.stride - 1)).astype(np.float64),
+            (v + 0.5 * (member.stride - 1)).astype(np.float64),
+            d[v, u],
+            stride=member.stride,
+            pixels=member.pixels,
+            noise=ground.noise,
+            bias=self.bias,
+            fattening=disparity.fattening,
+        )
+        hidden = ground.height * median(sorter.tolerance_at(u, v) / d[v, u])
+        if self._hangs(extent, hidden) and _hidden_below(d, segments, member):
+            extent = replace(extent, bottom=0.0)  # its foot is out of sight
+        if not self._counts(extent, hidden, member.pixels):
+            return None
+        return extent if self._hangs(extent, hidden) else replace(extent, bottom=0.0)
 
     def _counts(self, extent: Extent, hidden: float, pixels: int) -> bool:
         """Tell a thing from stray matches: they fill little of their outline or hang in the sky."""
@@ -260,10 +272,10 @@ class ObstacleStage:
         self,
         identity: int,
         extent: Extent,
-        box: tuple[int, int, int, int],
-        pixels: int,
+        member: Member,
         shape: tuple[int, int],
     ) -> Obstacle:
+        box, pixels = _box(member, shape), member.pixels
         cut = _cut(box, shape)
         weight = min(6.0, math.log(pixels / self.least_pixels) + 0.5)
         remark = f"; cut by the image's {' and '.join(cut)} border" if cut else ""
@@ -295,33 +307,33 @@ class ObstacleStage:
         )
 
 
-def _mixed(d: Float32, segments: Segments, number: int, u: Index, v: Index) -> bool:
+def _mixed(d: Float32, segments: Segments, member: Member) -> bool:
     """Tell pixels that a matcher put between a nearer thing's edge and what is behind it."""
-    beside = np.zeros(len(u), dtype=bool)
+    beside = np.zeros(len(member.u), dtype=bool)
     for right, down in ((-_BESIDE, 0), (_BESIDE, 0), (0, _BESIDE)):
-        beside |= _nearer_thing(d, segments, number, u, v, right, down)
+        beside |= _nearer_thing(d, segments, member, right, down)
     return bool(beside.mean() > 0.5)
 
 
-def _hidden_below(d: Float32, segments: Segments, number: int, u: Index, v: Index) -> bool:
+def _hidden_below(d: Float32, segments: Segments, member: Member) -> bool:
     """Tell whether a nearer thing hides what is below these pixels."""
-    hidden = _nearer_thing(d, segments, number, u, v, 0, _BESIDE)
-    return len(np.unique(u[hidden])) > 0.5 * len(np.unique(u))
+    hidden = _nearer_thing(d, segments, member, 0, _BESIDE)
+    return len(np.unique(member.u[hidden])) > 0.5 * len(np.unique(member.u))
 
 
-def _nearer_thing(
-    d: Float32, segments: Segments, number: int, u: Index, v: Index, right: int, down: int
-) -> Bool:
+def _nearer_thing(d: Float32, segments: Segments, member: Member, right: int, down: int) -> Bool:
     """Tell which pixels have a nearer other thing so many pixels beside them."""
-    column = np.minimum(np.maximum(u + right, 0), d.shape[1] - 1)
-    row = np.minimum(v + down, d.shape[0] - 1)
+    column = np.minimum(np.maximum(member.u + right, 0), d.shape[1] - 1)
+    row = np.minimum(member.v + down, d.shape[0] - 1)
     other = segments.labels[row // segments.step, column // segments.step]
-    nearer: Bool = (other != 0) & (other != number) & (d[row, column] > d[v, u])
-    return nearer
+    nearer = d[row, column] > d[member.v, member.u]
+    beside: Bool = (other != 0) & (other != member.number) & nearer
+    return beside
 
 
-def _box(u: Index, v: Index, stride: int, shape: tuple[int, int]) -> tuple[int, int, int, int]:
-    right, bottom = int(u.max()) + stride - 1, int(v.max()) + stride - 1
+def _box(member: Member, shape: tuple[int, int]) -> tuple[int, int, int, int]:
+    u, v, more = member.u, member.v, member.stride - 1
+    right, bottom = int(u.max()) + more, int(v.max()) + more
     return int(u.min()), int(v.min()), min(right, shape[1] - 1), min(bottom, shape[0] - 1)
 
 

@@ -20,7 +20,7 @@ def check_disparity(disparity: Float32, *, name: str) -> None:
     Parameters
     ----------
     disparity : ndarray of float32, shape (H, W)
-        Adjusted disparity [px]; NaN where unmatched.
+        Adjusted disparity [px]; NaN or infinite where unmatched.
     name : str
         What to call it in an error.
 
@@ -29,14 +29,13 @@ def check_disparity(disparity: Float32, *, name: str) -> None:
     InputError
         If nothing is matched, or most disparities are negative.
     """
-    known = int(np.count_nonzero(np.isfinite(disparity)))
+    known = int(np.count_nonzero(np.abs(disparity) < math.inf))  # NaN compares false
     if known == 0:
         raise InputError(
             f"{name}: none of the {disparity.size} pixels holds a disparity: "
             "is the encoding right, is the file from the right stage?"
         )
-    with np.errstate(invalid="ignore"):  # NaN compares false
-        negative = int(np.count_nonzero(disparity < -1.0))
+    negative = int(np.count_nonzero((disparity < -1.0) & (disparity > -math.inf)))
     if negative > known / 2:
         raise InputError(
             f"{name}: {100 * negative / known:.0f} % of the disparities are negative, expected "

@@ -17,6 +17,7 @@ from bearcub.stereo.matchers import BmMatcher, Matcher, SgbmMatcher
 from bearcub.stereo.refine import refine
 from bearcub.stereo.search import search_range
 
+_SOUND = 0.5  # share of matched pixels that leaves no doubt of a map
 _MANY = 0.6  # share of matched pixels that no swapped pair has
 
 
@@ -121,9 +122,8 @@ class StereoStage:
         if self._refine:
             disparity = refine(left, right, disparity)
         offset = epipolar_offset(left, right, disparity) if self._align else math.nan
-        matched = _adjusted(
-            disparity,
-            doffs=self._doffs,
+        matched = _taken(
+            disparity + np.float32(self._doffs),
             smallest=self._matcher.smallest + self._doffs,
             largest=self._matcher.largest + self._doffs,
             offset=offset,
@@ -162,34 +162,32 @@ def from_disparity(
     InputError
         If it is not a map of floats, nothing is matched, or most disparities are negative.
     """
-    measured = as_disparity(disparity, name=name)
-    measured = np.where(np.isfinite(measured), measured, np.float32(np.nan))
-    check_disparity(measured + np.float32(doffs), name=name)
-    return _adjusted(
-        measured, doffs=doffs, smallest=0.0, largest=math.inf, offset=math.nan, fattening=0.0
-    )
+    adjusted = as_disparity(disparity, name=name) + np.float32(doffs)
+    taken = _taken(adjusted, smallest=0.0, largest=math.inf, offset=math.nan, fattening=0.0)
+    if taken.valid_share < _SOUND:
+        check_disparity(as_disparity(disparity, name=name) + np.float32(doffs), name=name)
+    return taken
 
 
-def _adjusted(
-    disparity: Float32,
-    *,
-    doffs: float,
-    smallest: float,
-    largest: float,
-    offset: float,
-    fattening: float,
+def _taken(
+    adjusted: Float32, *, smallest: float, largest: float, offset: float, fattening: float
 ) -> DisparityMap:
-    """Add `doffs`; what then lies up to a pixel beyond infinity is infinity, else no match."""
-    adjusted = disparity + np.float32(doffs)
+    """Make a map of adjusted disparity, its own from now on.
+
+    What lies up to a pixel beyond infinity is infinity; what lies farther beyond, or is infinite,
+    is no match.
+    """
     with np.errstate(invalid="ignore"):  # NaN compares false
-        adjusted[adjusted < -1.0] = np.nan
-        np.maximum(adjusted, 0.0, out=adjusted)
+        known = (adjusted >= -1.0) & (adjusted < math.inf)
+    valid = int(np.count_nonzero(known))
+    np.copyto(adjusted, np.float32(np.nan), where=~known)
+    np.maximum(adjusted, 0.0, out=adjusted)
     adjusted.flags.writeable = False
     return DisparityMap(
         disparity=adjusted,
         smallest=max(smallest, 0.0),
         largest=largest,
-        valid_share=float(np.count_nonzero(np.isfinite(adjusted)) / adjusted.size),
+        valid_share=valid / adjusted.size,
         epipolar_offset=offset,
         fattening=fattening,
     )
