@@ -21,11 +21,11 @@ from bearcub.ground.prior import Prior
 from bearcub.messages import Bool, Float32
 from bearcub.robust import quantile
 
-_TRIPLES = 250
-_SCORED = 800  # pixels a proposal is scored on
-_FINALISTS = 24  # proposals that are scored on all of these
-_REFINED = 5000  # pixels the refinement uses
-_ANNEAL = (0.6, 0.4, 0.4)  # assumed noise while the refinement closes in [px]
+_TRIPLES = 200
+_SCORED = 700  # pixels a proposal is scored on
+_FINALISTS = 16  # proposals that are scored on all of these
+_REFINED = 4200  # pixels the refinement uses
+_ANNEAL = (0.6, 0.4)  # assumed noise while the refinement closes in [px]
 _NOISE = (0.1, 0.6)  # least and largest noise of a pixel that the refinement believes [px]
 _REMOTE = 0.15  # loss of a plane one sigma from the prior, as a share of its score
 _BELOW = 0.5  # what a pixel below the plane costs, in supporting pixels

@@ -36,6 +36,7 @@ _CORRELATED = 12.0  # neighbouring pixels of a matcher that err together
 _JUST_AHEAD = 0.62  # share of the nearest level to which the floor just ahead reaches
 _BENT = 0.06  # least bend of the floor just ahead that is corrected [px]
 _MIXED = 2.5  # spread of several surfaces, over the noise of one
+_DEEP = 7.0  # times the noise below the floor, where noise does not reach
 _SMALLEST = 0.1  # least noise believed [px]
 _LARGEST = 1.5  # largest noise believed [px]
 
@@ -99,7 +100,7 @@ def follow_floor(
         return Profile(knots=none, bend=none, noise=none, error=none)
     edges = _edges(quantile(level, 0.995) + 1e-6)
     index = np.searchsorted(edges, level) - 1
-    bins = _sorted_bins(index, residual, len(edges) - 1)
+    bins = _sorted_bins(index[::2], residual[::2], len(edges) - 1)
     way = np.abs(lateral) < _HALF_WIDTH
     ways = _sorted_bins(index[way], residual[way], len(edges) - 1)
     centres = np.sqrt(edges[:-1] * edges[1:]).tolist()
@@ -281,7 +282,9 @@ class _Tracker:
         """Return the noise told by the pixels below the floor [px]; the last one when few do."""
         if self._ended:  # what lies below is another floor, not noise
             return self._tail
-        first, last = bisect_right(here, bend - 3 * _LARGEST), bisect_left(here, bend)
+        # what lies many times the noise lower is a hole
+        lowest = bend - min(max(_DEEP * self._noise, 1.0), 3 * _LARGEST)
+        first, last = bisect_right(here, lowest), bisect_left(here, bend)
         if last - first >= max(_LEAST // 2, 0.1 * len(here)):
             # matchers' errors have heavy tails
             tail = (bend - here[first + int(0.05 * (last - first - 1) + 0.5)]) / 1.96
@@ -299,7 +302,7 @@ def _never_better_far(noises: Float64) -> Float64:
 
     A hole lies below the floor as noise does; unlike noise it is there in few bins only.
     """
-    padded = np.pad(noises, 3, mode="edge")
+    padded = np.concatenate([noises[:1].repeat(3), noises, noises[-1:].repeat(3)])
     typical = np.sort(np.lib.stride_tricks.sliding_window_view(padded, 7), axis=1)[:, 3]
     return np.minimum(_smooth(noises), 1.5 * np.minimum.accumulate(typical))
 

@@ -140,10 +140,11 @@ def _seen_until(
 ) -> Float64:
     """Return how far floor is seen in each direction without a gap [m]; NaN where never."""
     growth = math.log(farthest / _NEAREST) / _CELLS
-    cell = np.floor(np.log(np.maximum(reach, _NEAREST) / _NEAREST) / growth).astype(np.int64)
-    use = floor & (cell < _CELLS)
+    near = floor & (reach < farthest)
+    cell = np.log(reach[near] * (1 / _NEAREST))
+    cell *= 1 / growth
     seen = np.zeros((count, _CELLS + _GAP), dtype=bool)
-    seen[sector[use], cell[use]] = True
+    seen.ravel()[sector[near] * seen.shape[1] + np.maximum(cell, 0).astype(np.int64)] = True
     first = seen.argmax(axis=1)
     windows = np.lib.stride_tricks.sliding_window_view(seen, _GAP, axis=1)
     gaps = ~windows.any(axis=2) & (np.arange(windows.shape[1])[None, :] > first[:, None])

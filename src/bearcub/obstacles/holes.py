@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from bearcub.geometry import Float64
 from bearcub.messages import Bool, Ground, Hole
 from bearcub.obstacles.measure import View
+from bearcub.obstacles.segment import Segments
 from bearcub.obstacles.sorting import Sorter, Sorting
 from bearcub.obstacles.verify import Witness, confirmed
 from bearcub.robust import median, quantile
@@ -128,11 +129,11 @@ class _Scene:
 def find_holes(
     sorter: Sorter,
     sorting: Sorting,
+    segments: Segments,
     things: Bool,
     view: View,
     ground: Ground,
     *,
-    step: int,
     farthest: float,
     witness: Witness | None,
     offset: float,
@@ -143,12 +144,13 @@ def find_holes(
     ----------
     sorter : Sorter
     sorting : Sorting
-        Every `step`-th pixel in both directions: most frames have no hole.
-    things : ndarray of bool
-        Obstacles on the same grid, to tell reflections.
+        Of the grid that was segmented: most frames have no hole.
+    segments : Segments
+        Of the same grid.
+    things : ndarray of bool, shape (segments.count + 1,)
+        Which of them are obstacles, to tell reflections.
     view : View
     ground : Ground
-    step : int
     farthest : float
         [m].
     witness : Witness or None
@@ -166,11 +168,13 @@ def find_holes(
     limit = min(farthest, sight_limit(view.projection.fx, ground.height))
     level = view.projection.fx * view.projection.baseline / limit
     below = sorting.below & (sorting.floor > level)
-    if not ground.seen or np.count_nonzero(below) * step**2 < _LEAST_PIXELS:
+    if not ground.seen or np.count_nonzero(below) * segments.step**2 < _LEAST_PIXELS:
         return (), ()
-    scene = _Scene(things=things, step=step, view=view, ground=ground)
+    scene = _Scene(
+        things=things.take(segments.labels), step=segments.step, view=view, ground=ground
+    )
     found = []
-    for region in _regions(below, sorter, step):
+    for region in _regions(below, sorter, segments.step):
         hole = _judge(region, scene)
         if hole is None:
             continue
@@ -184,7 +188,7 @@ def find_holes(
 def _regions(below: Bool, sorter: Sorter, step: int) -> Iterator[Region]:
     """Yield connected regions grown from `below`, a grid, to the rim."""
     height, width = sorter.disparity.shape
-    side = 7 if step == 1 else 5
+    side = {1: 7, 2: 5}.get(step, 3)
     closed = cv2.morphologyEx(below.view(np.uint8), cv2.MORPH_CLOSE, _CLOSING[:side, :side])
     count, parts, stats, _ = cv2.connectedComponentsWithStatsWithAlgorithm(
         closed, 8, cv2.CV_32S, cv2.CCL_SAUF

@@ -16,8 +16,8 @@ Index = NDArray[np.int64]
 
 _MANY = 2500  # sampled pixels that tell as much as all
 _SAMPLE = 4000  # pixels that tell all there is to tell of a large thing
-# levels and columns around a thing that are still its, at full and at half resolution
-_FOOT = (np.ones((5, 7), dtype=np.uint8), np.ones((5, 5), dtype=np.uint8))
+# levels and columns around a thing that are still its, by step
+_FOOT = {step: np.ones((5, columns), dtype=np.uint8) for step, columns in ((1, 7), (2, 5), (3, 3))}
 _TO_LEFT_ABOVE = np.ones((2, 2), dtype=np.uint8)
 
 
@@ -132,6 +132,7 @@ def segment(
     lean: float,
     least_height: float,
     low_height: float,
+    least_pixels: int,
     nearest_level: float,
     farthest_level: float,
     gap_columns: int = 5,
@@ -151,7 +152,7 @@ def segment(
     projection : Projection
         Of the image.
     step : int
-        1 or 2.
+        1, 2 or 3.
     camera_height : float
         Above the floor [m].
     lean : float
@@ -159,6 +160,8 @@ def segment(
         counted along it, so that the histogram is exact in roll.
     least_height, low_height : float
         Lowest thing of interest, and lowest that is not "low" [m].
+    least_pixels : int
+        Smallest thing of interest [px].
     nearest_level, farthest_level : float
         Largest and smallest disparity to look at [px].
     gap_columns : int
@@ -195,9 +198,9 @@ def segment(
         gap=(gap_columns + 1) // step,
     )
     components, things = peaks.components(cell[tall])
-    number = cv2.dilate(components, _FOOT[step - 1]).ravel().take(cell)
+    number = cv2.dilate(components, _FOOT[step]).ravel().take(cell)
     loose = np.flatnonzero(number == 0)
-    if len(loose) > 0:
+    if len(loose) * step**2 >= least_pixels:
         others, more = peaks.components(cell[loose])
         found = others.ravel().take(cell[loose])
         number[loose] = np.where(found > 0, found + np.uint16(things), 0)

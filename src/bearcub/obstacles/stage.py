@@ -39,7 +39,7 @@ from bearcub.robust import median
 _RISEN = 0.6  # share of its height that a low thing reaches at its front
 _SMALL = 400  # pixels of a thing that may be mixed ones
 _BESIDE = 8  # columns or rows to a nearer thing's edge [px]
-_LARGE_IMAGE = 200_000  # pixels of an image that is looked through at half its resolution
+_LARGE_IMAGE = 200_000  # pixels of an image of which every third column and row is looked at first
 _LARGE = 8000  # pixels of a thing that needs no second look at the images
 
 
@@ -129,7 +129,7 @@ class ObstacleStage:
             unevenness=self.unevenness,
             farthest_level=farthest_level,
         )
-        step = 2 if d.size > _LARGE_IMAGE else 1
+        step = 3 if d.size > _LARGE_IMAGE else 1
         sorting = sorter.part(np.s_[::step], np.s_[::step])
         segments = segment(
             sorting,
@@ -139,6 +139,7 @@ class ObstacleStage:
             lean=math.tan(ground.roll),
             least_height=self.least_height,
             low_height=min(self.low_height, 0.5 * ground.height),
+            least_pixels=self.least_pixels,
             nearest_level=min(disparity.largest, 0.5 * d.shape[1]),
             farthest_level=farthest_level,
         )
@@ -147,10 +148,10 @@ class ObstacleStage:
         holes, regions = find_holes(
             sorter,
             sorting,
-            (identities > 0).take(segments.labels),
+            segments,
+            identities > 0,
             view,
             ground,
-            step=step,
             farthest=self.farthest,
             witness=witness,
             offset=disparity.offset,

@@ -177,11 +177,13 @@ def _taken(
     What lies up to a pixel beyond infinity is infinity; what lies farther beyond, or is infinite,
     is no match.
     """
-    with np.errstate(invalid="ignore"):  # NaN compares false
+    sound = (adjusted >= 0.0) & (adjusted < math.inf)  # NaN compares false
+    valid = int(np.count_nonzero(sound))
+    if valid + np.count_nonzero(np.isnan(adjusted)) < adjusted.size:
         known = (adjusted >= -1.0) & (adjusted < math.inf)
-    valid = int(np.count_nonzero(known))
-    np.copyto(adjusted, np.float32(np.nan), where=~known)
-    np.maximum(adjusted, 0.0, out=adjusted)
+        valid = int(np.count_nonzero(known))
+        np.copyto(adjusted, np.float32(np.nan), where=~known)
+        np.maximum(adjusted, 0.0, out=adjusted)
     adjusted.flags.writeable = False
     return DisparityMap(
         disparity=adjusted,
