@@ -7,17 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bearcub.devices.tilt_csv import parse_degrees, read_tilts
 from bearcub.errors import InputError
 from bearcub.geometry import Attitude, camera_attitude
 from bearcub.messages import Ground, Tilt
 from bearcub.rig import Mount
-from bearcub.runtime.tilt import (
-    parse_degrees,
-    read_tilts,
-    require_degrees,
-    tilt_from_degrees,
-    tilt_per_frame,
-)
+from bearcub.runtime.tilt import require_degrees, tilt_from_degrees, tilt_per_frame
 
 MOUNT = Mount(height=1.2, pitch=math.radians(5.9))
 

@@ -151,7 +151,8 @@ def test_kerb_faces_the_robot() -> None:
     # z = 0.06 at 3 m is row 239.5 + 386 * 1.14 / 3 = 386.2
     assert frame.disparity[386, 320] == pytest.approx(FB / 3, abs=1e-5)
     assert frame.disparity[360, 320] == pytest.approx(0.12 / 1.08 * 120.5, abs=1e-5)
-    assert frame.labels[386, 320] == 0
+    assert frame.labels[386, 320] == 1  # the first number after the things': there are none
+    assert frame.labels[360, 320] == 0
 
 
 def test_drop_shows_the_ground_beyond_its_lip() -> None:

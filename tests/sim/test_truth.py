@@ -7,8 +7,9 @@ import pytest
 
 from bearcub.geometry import Attitude
 from bearcub.rig import Mount, Rig
-from bearcub.sim import render, scenes
-from bearcub.sim.world import Ground, Scene
+from bearcub.sim import objects, render, scenes
+from bearcub.sim.solids import Cone
+from bearcub.sim.world import Ground, Scene, Thing
 
 RIG = scenes.paper_rig(width=320, height=240)
 LEVEL = replace(RIG, mount=Mount(height=1.2))
@@ -110,6 +111,15 @@ def test_pit_to_the_side_is_nearest_at_its_corner() -> None:
     assert pit["bearing_deg"] > 0
 
 
+def test_pit_behind_a_thing_is_partly_hidden() -> None:
+    scene = scenes.pit(distance=2.5, width=0.8)
+    free = truth(scene)["holes"][0]
+    can = scenes.can(1.9, 0.0, ground=scene.ground)
+    hidden = truth(Scene(ground=scene.ground, things=(can,)))["holes"][0]
+    assert free["visible_share"] == 1.0
+    assert 0.1 < hidden["visible_share"] < 0.7
+
+
 def test_drop_has_no_length_and_the_width_of_its_lip() -> None:
     (drop,) = truth(scenes.drop(distance=3.0, depth=0.5), LEVEL)["holes"]
     assert (drop["kind"], drop["length"], drop["depth"]) == ("drop", None, 0.5)
@@ -138,6 +148,89 @@ def test_ground_is_the_camera_against_what_it_stands_over() -> None:
     assert rising_left["ground"]["roll_deg"] == pytest.approx(-6.0)
     assert rising_left["ground"]["height"] == pytest.approx(1.2 * math.cos(math.radians(6)))
     assert rising_left["terrain"]["cross_slope_deg"] == pytest.approx(6.0)
+
+
+def test_cone_is_as_wide_as_its_foot() -> None:
+    part = Cone(x=3.0, y=0.0, bottom=0.0, height=0.8, radii=(0.5, 0.1), texture=scenes.WOOD)
+    thing = Thing(name="cone", foot=(3.0, 0.0), parts=(part,))
+    (cone,) = truth(Scene(ground=Ground(texture=scenes.ASPHALT), things=(thing,)))["obstacles"]
+    assert (cone["distance"], cone["height"]) == (pytest.approx(2.5), pytest.approx(0.8))
+    assert cone["width"] == pytest.approx(math.sqrt(1 - (0.5 / 3) ** 2), abs=1e-6)
+    assert cone["visible_share"] == 1.0
+
+
+def test_kerb_is_one_obstacle_as_wide_as_it_is_seen() -> None:
+    (kerb,) = truth(scenes.kerb(distance=3.0, height=0.12), LEVEL)["obstacles"]
+    assert (kerb["name"], kerb["id"], kerb["passable"]) == ("step", 1, False)
+    assert kerb["distance"] == pytest.approx(3.0)
+    assert kerb["bearing_deg"] == pytest.approx(0.0, abs=1e-6)
+    assert kerb["width"] == pytest.approx(3 * 319 / 193, abs=1e-5)
+    assert (kerb["height"], kerb["base_height"]) == (pytest.approx(0.12), 0.0)
+    assert kerb["truncated"] == ["left", "right"]
+
+
+def test_kerb_on_a_cross_slope_has_its_own_height() -> None:
+    ground = Ground(texture=scenes.CONCRETE, pieces=((3.0, 0.15, 0.0),), cross=0.1)
+    (kerb,) = truth(Scene(ground=ground), LEVEL)["obstacles"]
+    assert kerb["height"] == pytest.approx(0.15, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "piece",
+    [
+        (3.0, 0.09, 0.0),  # a step of 9 cm
+        (3.0, 0.0, math.tan(math.radians(15))),  # the steepest ramp
+        (3.0, 0.0, math.tan(math.radians(29.9))),
+        (3.0, -0.5, 0.0),  # a drop is a hole
+    ],
+)
+def test_what_a_robot_may_drive_on_is_no_obstacle(piece: tuple[float, float, float]) -> None:
+    assert truth(Scene(ground=Ground(texture=scenes.SOIL, pieces=(piece,))))["obstacles"] == []
+
+
+def test_bank_steeper_than_30_deg_is_an_obstacle_at_its_foot() -> None:
+    slope = math.tan(math.radians(45))
+    ground = Ground(texture=scenes.SOIL, pieces=((3.0, 0.0, slope), (3.8, 0.0, 0.0)))
+    can = scenes.can(2.0, 0.8, ground=ground)
+    found = truth(Scene(ground=ground, things=(can,)), LEVEL)["obstacles"]
+    assert [(thing["id"], thing["name"]) for thing in found] == [(1, "can"), (2, "bank")]
+    assert found[1]["distance"] == pytest.approx(3.0)
+    assert found[1]["height"] == pytest.approx(0.8)
+    assert found[1]["visible_share"] < 1.0  # the can hides some of it
+
+
+def test_bank_that_the_image_cuts_is_as_high_as_it_shows() -> None:
+    ground = Ground(texture=scenes.SOIL, pieces=((3.0, 0.0, 1.0),))
+    (bank,) = truth(Scene(ground=ground), LEVEL)["obstacles"]
+    assert bank["truncated"] == ["left", "right", "top"]
+    # z = x - 3 meets the top row's 1.2 + x m, m = 119.5 / 193, at x = 4.2 / (1 - m)
+    assert bank["height"] == pytest.approx(4.2 / (1 - 119.5 / 193) - 3, abs=1e-4)
+
+
+def test_what_hangs_higher_than_the_robot_is_passable() -> None:
+    ground = Ground(texture=scenes.TILES)
+    things = objects.table(3.0, 0.0, ground=ground)
+    for clearance, passable in ((0.6, True), (0.75, False)):
+        scene = Scene(ground=ground, things=things, clearance=clearance)
+        found = truth(scene)["obstacles"]
+        tops = [thing for thing in found if thing["name"] == "table top"]
+        legs = [thing for thing in found if thing["name"] == "table leg"]
+        assert [top["passable"] for top in tops] == [passable]
+        assert [leg["passable"] for leg in legs] == [False] * len(legs)
+
+
+def test_field_of_view_is_that_of_the_whole_image() -> None:
+    fov = truth(scenes.floor())["fov"]
+    # 320 columns of f = 193 px, of which 160 lie on either side
+    assert fov["horizontal_deg"] == pytest.approx(2 * math.degrees(math.atan(160 / 193)))
+    assert fov["left_deg"] == -fov["right_deg"] == pytest.approx(0.5 * fov["horizontal_deg"])
+    assert fov["vertical_deg"] == pytest.approx(2 * math.degrees(math.atan(120 / 193)))
+
+
+def test_pit_tells_how_many_rows_of_its_far_wall_can_show() -> None:
+    (pit,) = truth(scenes.pit(distance=2.5, width=0.8, length=0.6, depth=0.4))["holes"]
+    assert pit["rows"] == pytest.approx(193 * 1.2 * 0.6 / (2.5 * 3.1), abs=1e-5)
+    assert truth(scenes.drop(), LEVEL)["holes"][0]["rows"] is None
 
 
 @pytest.mark.parametrize("name", ["garbage_can", "pit", "drop", "posts", "table", "wall"])

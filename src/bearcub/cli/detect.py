@@ -17,6 +17,7 @@ from bearcub.cli.report import FullReport, JsonLines, LineReport, Report, termin
 from bearcub.cli.rig_options import load_rig
 from bearcub.config import Config
 from bearcub.devices import FrameSource, open_frames, open_sink
+from bearcub.devices.tilt_csv import read_tilts
 from bearcub.errors import InputError
 from bearcub.messages import Answer, Tilt
 from bearcub.pipeline import Pipeline
@@ -27,7 +28,6 @@ from bearcub.runtime.loop import Stage, answers, deferred_interrupt
 from bearcub.runtime.notes import Notes
 from bearcub.runtime.pictures import Pictures, RectifiedLeft, require_separate
 from bearcub.runtime.tilt import (
-    read_tilts,
     require_degrees,
     same_tilt,
     tilt_from_degrees,

@@ -22,7 +22,7 @@ class Parser(argparse.ArgumentParser):
 
 def degrees(text: str) -> float:
     """Return an angle in degrees; for argparse."""
-    from bearcub.runtime.tilt import parse_degrees  # noqa: PLC0415 (numpy, see the module)
+    from bearcub.devices.tilt_csv import parse_degrees  # noqa: PLC0415 (numpy, see the module)
 
     try:
         return parse_degrees(text)

@@ -29,8 +29,7 @@ SCENES: dict[str, Callable[[], Scene]] = {
 _ABOUT = (
     "Rendered with the paper's rig and medium noise, answered with the tilt reading of a body that "
     "stands on the ground. Counts of what was missed and what is false among obstacles and holes; "
-    "found (true) sizes beside. The kerb is ground in the truth, and rightly an obstacle to a "
-    "robot that cannot climb it."
+    "found (true) sizes beside."
 )
 
 

@@ -251,7 +251,19 @@ class Layers:
 
     @classmethod
     def of(cls, *, disparity: Float32, floor: Float32, kind: UInt8, labels: Int32) -> "Layers":
-        """Return layers that are there already."""
+        """Return layers that are there already.
+
+        Parameters
+        ----------
+        disparity : ndarray of float32, shape (H, W)
+            [px]; NaN unmatched.
+        floor : ndarray of float32, shape (H, W)
+            Disparity of the floor [px].
+        kind : ndarray of uint8, shape (H, W)
+            `Pixel` codes.
+        labels : ndarray of int32, shape (H, W)
+            Numbers of obstacles and holes.
+        """
         painting = Painting(floor=floor, kind=kind, labels=labels)
         return cls(disparity=disparity, paint=partial(_as_it_is, painting))
 

@@ -26,13 +26,23 @@ class Tilt:
         Positive nose down.
     roll : float
         Positive right side down.
-    yaw : float
-        Heading, counter-clockwise from east; NaN when the sensor has no compass or doubts it.
     """
 
     pitch: float
     roll: float
-    yaw: float = math.nan
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Orientation(Tilt):
+    """A tilt and the heading, of a sensor with a compass that does not doubt it, REP-103 [rad].
+
+    Attributes
+    ----------
+    yaw : float
+        Counter-clockwise from east.
+    """
+
+    yaw: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

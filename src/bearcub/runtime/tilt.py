@@ -1,4 +1,4 @@
-"""Tilt readings that a user gives: parsed, and checked to be degrees."""
+"""Tilt readings that a user gives, one a frame, and checked to be degrees."""
 
 import itertools
 import math
@@ -17,31 +17,6 @@ _OFF = math.radians(3.0)  # a reading this far from the floor in the image is su
 _FITS = math.radians(1.5)  # and its number in radians has to come this close
 
 
-def parse_degrees(text: str) -> float:
-    """Return an angle that a user wrote in degrees.
-
-    Raises
-    ------
-    InputError
-        If it is not a plain number, or not between -90 and 90.
-
-    Examples
-    --------
-    >>> parse_degrees(" -12.5")
-    -12.5
-    >>> parse_degrees("0.2rad")
-    Traceback (most recent call last):
-    bearcub.errors.InputError: '0.2rad': expected degrees as a plain number such as 12.5
-    """
-    try:
-        degrees = float(text)
-    except ValueError:
-        raise InputError(f"{text!r}: expected degrees as a plain number such as 12.5") from None
-    if not abs(degrees) <= 90.0:
-        raise InputError(f"{text.strip()}: expected degrees between -90 and 90")
-    return degrees
-
-
 def tilt_from_degrees(pitch: float | None, roll: float | None) -> Tilt | None:
     """Return the tilt of a body [deg]; an axis that is not given is level, neither is no reading.
 
@@ -53,45 +28,6 @@ def tilt_from_degrees(pitch: float | None, roll: float | None) -> Tilt | None:
     if pitch is None and roll is None:
         return None
     return Tilt(pitch=math.radians(pitch or 0.0), roll=math.radians(roll or 0.0))
-
-
-def read_tilts(path: Path) -> list[Tilt | None]:
-    """Read one tilt a frame from a CSV of pitch and roll in degrees.
-
-    A line is ``pitch,roll``; a line whose two fields are empty (``,``) is a frame without a
-    reading. A first line that holds names, blank lines and lines after ``#`` are left out.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or a line is neither, naming the line.
-    """
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: byte {error.start} is not text (UTF-8)") from error
-    rows = [(number, line.strip()) for number, line in enumerate(lines, 1)]
-    rows = [(number, line) for number, line in rows if line and not line.startswith("#")]
-    if rows and rows[0][1].replace(" ", "").casefold() in {"pitch,roll", "pitch_deg,roll_deg"}:
-        rows = rows[1:]
-    if not rows:
-        raise InputError(f"{path}: expected lines 'pitch,roll' in degrees, found none")
-    return [_tilt_of_line(line, where=f"{path}: line {number}") for number, line in rows]
-
-
-def _tilt_of_line(line: str, *, where: str) -> Tilt | None:
-    values = [field.strip() for field in line.split(",")]
-    if len(values) != 2:
-        raise InputError(f"{where}: {line!r}: expected 'pitch,roll' in degrees")
-    if values == ["", ""]:
-        return None
-    try:
-        pitch, roll = map(parse_degrees, values)
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from None
-    return tilt_from_degrees(pitch, roll)
 
 
 def tilt_per_frame(tilts: list[Tilt | None], *, source: Path) -> Iterator[Tilt | None]:

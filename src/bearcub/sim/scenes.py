@@ -5,49 +5,48 @@ from dataclasses import replace
 
 from bearcub.geometry import Attitude
 from bearcub.rig import Camera, Mount, Rig
+from bearcub.sim.materials import (
+    ASPHALT,
+    BRICK,
+    CONCRETE,
+    GRASS,
+    PLAIN,
+    SOIL,
+    TILES,
+    WOOD,
+)
+from bearcub.sim.objects import can, upright
 from bearcub.sim.solids import Box, Cylinder, Solid
-from bearcub.sim.texture import Colour, Lane, Material, Texture
+from bearcub.sim.texture import Lane, Texture
 from bearcub.sim.world import Ground, Pit, Scene, Thing
 
-ASPHALT = Material(
-    dark=(0.045, 0.045, 0.047),
-    light=(0.32, 0.33, 0.34),
-    octaves=((3.1, 0.10), (1.1, 0.08), (0.37, 0.12), (0.13, 0.18), (0.05, 0.32), (0.02, 0.5)),
-)
-GRASS = Material(
-    dark=(0.008, 0.040, 0.022),
-    light=(0.085, 0.33, 0.22),
-    octaves=((4.3, 0.22), (1.3, 0.18), (0.45, 0.25), (0.16, 0.32), (0.06, 0.5), (0.022, 0.7)),
-    seed=1,
-)
-CONCRETE = Material(
-    dark=(0.20, 0.215, 0.225),
-    light=(0.40, 0.425, 0.44),
-    octaves=((1.7, 0.25), (0.5, 0.25), (0.15, 0.3), (0.05, 0.3), (0.018, 0.3)),
-    seed=2,
-)
-TILES = replace(CONCRETE, joints=(0.5, 0.015, 0.7), seed=3)
-PLAIN = Material(dark=(0.35, 0.36, 0.37), light=(0.35, 0.36, 0.37))
-BRICK = Material(
-    dark=(0.06, 0.08, 0.20),
-    light=(0.14, 0.18, 0.40),
-    octaves=((0.9, 0.25), (0.3, 0.3), (0.1, 0.4), (0.04, 0.4)),
-    joints=(0.25, 0.015, 0.5),
-    seed=4,
-)
-WOOD = Material(
-    dark=(0.05, 0.10, 0.17),
-    light=(0.13, 0.24, 0.38),
-    octaves=((0.6, 0.3), (0.2, 0.4), (0.07, 0.5), (0.03, 0.5)),
-    seed=5,
-)
-SOIL = Material(
-    dark=(0.05, 0.08, 0.12),
-    light=(0.16, 0.22, 0.30),
-    octaves=((0.9, 0.3), (0.3, 0.35), (0.1, 0.4), (0.04, 0.4), (0.018, 0.3)),
-    seed=6,
-)
-_ZINC: Colour = (0.42, 0.44, 0.45)
+__all__ = [
+    "ASPHALT",
+    "BRICK",
+    "CONCRETE",
+    "GRASS",
+    "PLAIN",
+    "SOIL",
+    "TILES",
+    "WOOD",
+    "branch",
+    "can",
+    "cross_slope",
+    "drop",
+    "floor",
+    "garbage_can",
+    "kerb",
+    "paper_rig",
+    "pit",
+    "posts",
+    "ramp",
+    "small_box",
+    "standing",
+    "table",
+    "two_cans",
+    "upright",
+    "wall",
+]
 
 
 def paper_rig(*, width: int = 640, height: int = 480) -> Rig:
@@ -55,47 +54,6 @@ def paper_rig(*, width: int = 640, height: int = 480) -> Rig:
     camera = Camera(width=640, height=480, fx=386, fy=386, cx=319.5, cy=239.5, baseline=0.12)
     mount = Mount(height=1.2, pitch=math.radians(5.9))
     return Rig(camera=camera.scaled(width=width, height=height), mount=mount)
-
-
-def can(
-    x: float,
-    y: float,
-    *,
-    ground: Ground,
-    radius: float = 0.225,
-    height: float = 0.70,
-    paint: Colour = (0.10, 0.26, 0.10),
-    name: str = "can",
-) -> Thing:
-    """Return a ribbed garbage can with a rim, standing at (x, y)."""
-    z = ground.at(x, y)
-    steel = Material(
-        dark=(0.7 * paint[0], 0.7 * paint[1], 0.7 * paint[2]),
-        light=(1.3 * paint[0], 1.3 * paint[1], 1.3 * paint[2]),
-        octaves=((0.5, 0.3), (0.15, 0.4), (0.05, 0.4), (0.02, 0.4)),
-        ribs=(0.0471, 0.4),
-        bands=tuple((k * height, (k + 0.02) * height, _ZINC) for k in (0.26, 0.64)),
-        seed=8,
-    )
-    rim = replace(steel, ribs=None, bands=(), seed=9)
-    lid = replace(rim, dark=(0.04, 0.04, 0.04), light=(0.16, 0.16, 0.16))
-    levels = [z, z + 0.93 * height, z + 0.985 * height, z + height]
-    return Thing(
-        name=name,
-        foot=(x, y),
-        parts=(
-            upright(x, y, levels[0], levels[1], radius - 0.006, steel),
-            upright(x, y, levels[1], levels[2], radius, rim),
-            upright(x, y, levels[2], levels[3], 0.9 * radius, lid),
-        ),
-    )
-
-
-def upright(
-    x: float, y: float, bottom: float, top: float, radius: float, texture: Texture
-) -> Cylinder:
-    """Return a standing cylinder."""
-    return Cylinder(start=(x, y, bottom), end=(x, y, top), radius=radius, texture=texture)
 
 
 def garbage_can(*, distance: float = 3.05, bearing: float = math.radians(2.0)) -> Scene:

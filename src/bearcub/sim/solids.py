@@ -1,4 +1,4 @@
-"""Cylinders and boxes, hit by rays analytically.
+"""Cylinders, cones and boxes, hit by rays analytically.
 
 Coordinates are level: x ahead (the heading of the body), y left, z up [m], with the origin on the
 ground under the left camera. Rays are ``origin + t * ray``; `origin` and `ray` have the shapes
@@ -123,27 +123,87 @@ class Cylinder:
     def nearest(self, eye: Float64) -> Float64:
         """Return the nearest point of its footprint."""
         if self._rise == 0.0:
-            centre = np.array(self.start[:2])
-            away = centre - eye
-            return centre - away * (self.radius / float(np.linalg.norm(away)))
+            return _nearest_of_disc(self.start[:2], self.radius, eye)
         return _nearest_of_polygon(self._footprint(), eye)
 
     def outline(self, eye: Float64) -> Float64:
         """Return where lines of sight touch it (upright), or the corners of its footprint."""
         if self._rise > 0.0:
             return self._footprint()
-        away = np.array(self.start[:2]) - eye
-        far = float(np.linalg.norm(away))
-        half = math.asin(min(1.0, self.radius / far))
-        reach = math.sqrt(max(0.0, far**2 - self.radius**2))
-        angles = math.atan2(away[1], away[0]) + np.array([half, -half])
-        return eye + reach * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        return _tangents_of_disc(self.start[:2], self.radius, eye)
 
     def _footprint(self) -> Float64:
         a, b = np.array(self.start[:2]), np.array(self.end[:2])
         along = (b - a) / float(np.linalg.norm(b - a))
         side = self.radius * np.array([-along[1], along[0]])
         return np.array([a - side, b - side, b + side, a + side])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cone:
+    """A standing truncated cone about (x, y), from radius `radii[0]` up to `radii[1]`."""
+
+    x: float
+    y: float
+    bottom: float
+    height: float
+    radii: tuple[float, float]
+    texture: Texture
+
+    @property
+    def top(self) -> float:
+        """Highest z [m]."""
+        return self.bottom + self.height
+
+    @property
+    def _taper(self) -> float:
+        """Change of the radius per metre up."""
+        return (self.radii[1] - self.radii[0]) / self.height
+
+    def hit(self, origin: Reals, ray: Reals) -> Reals:
+        """Return the smaller t of side and ends.
+
+        The side is where ``x^2 + y^2 = (r0 + k z)^2`` between the ends, with taper k.
+        """
+        dtype, k = ray.dtype, self._taper
+        w = origin - np.array([self.x, self.y, self.bottom], dtype=dtype)[:, None]
+        wide = self.radii[0] + k * w[2]
+        aa = ray[0] ** 2 + ray[1] ** 2 - (k * ray[2]) ** 2
+        bb = w[0] * ray[0] + w[1] * ray[1] - k * wide * ray[2]
+        cc = w[0] ** 2 + w[1] ** 2 - wide**2
+        nearest = np.full(np.broadcast(w[0], ray[0]).shape, np.inf, dtype=dtype)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            root = np.sqrt(bb**2 - aa * cc)
+            for t in ((-bb - root) / aa, (-bb + root) / aa):
+                up = w[2] + t * ray[2]
+                met = (t > 0) & (up >= 0) & (up <= self.height) & (t < nearest)
+                nearest = np.where(met, t, nearest)
+            for level, radius in zip((0.0, self.height), self.radii, strict=True):
+                t = (level - w[2]) / ray[2]
+                off = np.hypot(w[0] + t * ray[0], w[1] + t * ray[1])
+                nearest = np.where((t > 0) & (off <= radius) & (t < nearest), t, nearest)
+        return nearest.astype(dtype)
+
+    def surface(self, point: Reals) -> tuple[Reals, Reals, Reals]:
+        """Return normal and (arc, height up); on the ends flat coordinates."""
+        e, f, up = point - np.array([self.x, self.y, self.bottom], dtype=point.dtype)[:, None]
+        k, off = self._taper, np.maximum(np.hypot(e, f), 1e-9)
+        wide = self.radii[0] + k * up
+        on_end = np.minimum(np.abs(up), np.abs(up - self.height)) < np.abs(off - wide)
+        side = np.stack([e / off, f / off, np.full_like(e, -k)]) / math.hypot(1.0, k)
+        level = np.where(up > 0.5 * self.height, 1.0, -1.0)
+        end = np.stack([np.zeros_like(e), np.zeros_like(e), level])
+        normal = np.where(on_end, end, side).astype(point.dtype)
+        s = np.where(on_end, e, self.radii[0] * np.arctan2(f, e))
+        return normal, s, np.where(on_end, self.height + 1.0 + f, up)
+
+    def nearest(self, eye: Float64) -> Float64:
+        """Return the nearest point of its wider end."""
+        return _nearest_of_disc((self.x, self.y), max(self.radii), eye)
+
+    def outline(self, eye: Float64) -> Float64:
+        """Return where lines of sight touch its wider end."""
+        return _tangents_of_disc((self.x, self.y), max(self.radii), eye)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -204,6 +264,24 @@ class Box:
         corners = np.array([[-a, -b], [a, -b], [a, b], [-a, b]])
         turned: Float64 = corners @ self._turn()[:2, :2] + np.array([self.x, self.y])
         return turned
+
+
+def _nearest_of_disc(centre: tuple[float, float], radius: float, eye: Float64) -> Float64:
+    """Return the point of a disc's rim that is nearest to `eye`."""
+    away = np.array(centre) - eye
+    nearest: Float64 = np.array(centre) - away * (radius / float(np.linalg.norm(away)))
+    return nearest
+
+
+def _tangents_of_disc(centre: tuple[float, float], radius: float, eye: Float64) -> Float64:
+    """Return the two points where lines of sight from `eye` touch a disc, shape (2, 2)."""
+    away = np.array(centre) - eye
+    far = float(np.linalg.norm(away))
+    half = math.asin(min(1.0, radius / far))
+    reach = math.sqrt(max(0.0, far**2 - radius**2))
+    angles = math.atan2(away[1], away[0]) + np.array([half, -half])
+    touching: Float64 = eye + reach * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return touching
 
 
 def _nearest_of_polygon(corners: Float64, eye: Float64) -> Float64:

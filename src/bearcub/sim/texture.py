@@ -121,6 +121,43 @@ class Lane:
         return mixed
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stroke:
+    """A painted line of some width [m] with round ends; a disc where it ends at its start."""
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+    width: float
+
+    def depth(self, s: Float32, t: Float32) -> Float32:
+        """Return how far inside the paint's edge points are [m]; negative outside."""
+        along_s, along_t = self.end[0] - self.start[0], self.end[1] - self.start[1]
+        off_s, off_t = s - np.float32(self.start[0]), t - np.float32(self.start[1])
+        length = max(along_s**2 + along_t**2, 1e-12)
+        share = np.clip((off_s * along_s + off_t * along_t) / length, 0.0, 1.0)
+        apart = np.hypot(off_s - share * along_s, off_t - share * along_t)
+        inside: Float32 = (0.5 * self.width - apart).astype(np.float32)
+        return inside
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Painted:
+    """A floor with painted lines: no things, only another colour."""
+
+    ground: Texture
+    strokes: tuple[Stroke, ...]
+    paint: Colour
+
+    def albedo(self, s: Float32, t: Float32, footprint: Float32) -> Float32:
+        """Return linear albedo, shape (3, N)."""
+        depth = np.max([stroke.depth(s, t) for stroke in self.strokes], axis=0)
+        share = np.clip(0.5 + depth / np.maximum(0.01, footprint), 0, 1)
+        worn = share * np.clip(0.85 + 0.1 * noise(s, t, 0.08, 99) * resolved(0.08, footprint), 0, 1)
+        bare = self.ground.albedo(s, t, footprint)
+        mixed: Float32 = bare + (_column(self.paint) - bare) * worn
+        return mixed
+
+
 def _column(colour: Colour) -> Float32:
     return np.array(colour, dtype=np.float32)[:, None]
 

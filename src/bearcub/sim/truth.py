@@ -9,8 +9,8 @@ import numpy as np
 
 from bearcub.geometry import Attitude, base_from_optical, forward_in_camera
 from bearcub.messages import Bool, Float64, Int32
-from bearcub.rig import Rig
-from bearcub.sim.world import Ground, Scene, Thing
+from bearcub.rig import Camera, Rig
+from bearcub.sim.world import Face, Ground, Scene, Thing
 
 SCHEMA = "bearcub.truth/1"
 
@@ -78,11 +78,22 @@ def describe(scene: Scene, rig: Rig, body: Attitude, down: Float64, hits: Hits) 
     pixels, because it is partly hidden or cut by the image, the number is measured from these
     pixels; `visible_share` and `truncated` give the reason. What no pixel shows is left out.
 
+    What is an obstacle, and what terrain: things are obstacles. So are faces of the ground steeper
+    than 30 deg (steps up, kerbs, banks) from 0.1 m on, each as one wide obstacle from border to
+    border of what is seen of it, its distance to its foot; lower ones and all that is less steep
+    are terrain, ramps of 15 deg among it. What hangs at or above the scene's `clearance` (the
+    robot's height) is listed with ``"passable": true``: it is there, and does not block the way.
+
     The mouth of a pit is given whole; a drop as wide as its lip is seen, without a length.
-    `depth` is the true one, `depth_seen` that of the deepest point that a pixel shows.
+    `depth` is the true one, `depth_seen` that of the deepest point that a pixel shows. `rows` is
+    the geometric limit of [1]_: how many image rows the far wall of a pit of length w at range R
+    covers, ``f h w / (R (R + w))``, for the camera at height h above the lip; fewer than about 6
+    cannot be told from noise. A drop has none.
     `slope_deg` is the mean over the ground's pieces; steps are no slope.
 
     `ground` is the camera against the ground just ahead of the robot, `height` along its normal.
+    `fov` is the field of view: its angles, and the bearings of the left and the right border of a
+    camera that looks straight ahead.
 
     Parameters
     ----------
@@ -90,20 +101,46 @@ def describe(scene: Scene, rig: Rig, body: Attitude, down: Float64, hits: Hits) 
         What was rendered, from where, and what the rays met.
     down : ndarray of float64, shape (3,)
         Gravity in the left camera's optical axes.
+
+    References
+    ----------
+    .. [1] L. Matthies, A. Rankin: "Negative obstacle detection by thermal signature", IROS 2003.
     """
     eye = -np.array([rig.mount.x, rig.mount.y])
-    obstacles = [
+    things = [
         _obstacle(label, thing, scene.ground, eye, hits)
         for label, thing in enumerate(scene.things, 1)
         if hits.visible(label).any()
     ]
+    faces = [
+        _face(label, face, scene.ground, eye, hits)
+        for label, face in enumerate(scene.ground.faces(), 1 + len(scene.things))
+        if hits.visible(label).any()
+    ]
+    obstacles = [
+        {**found, "passable": found["base_height"] >= scene.clearance} for found in things + faces
+    ]
     return {
         "schema": SCHEMA,
         "tilt": {"pitch_deg": _deg(body.pitch), "roll_deg": _deg(body.roll)},
+        "fov": _field_of_view(rig.camera),
         "obstacles": sorted(obstacles, key=lambda found: float(found["distance"])),
-        "holes": _holes(scene.ground, eye, hits),
+        "holes": _holes(scene.ground, eye, hits, rig),
         "terrain": _terrain(scene.ground),
         "ground": _ground(scene.ground, rig, down),
+    }
+
+
+def _field_of_view(camera: Camera) -> dict[str, Any]:
+    left = math.atan((camera.cx + 0.5) / camera.fx)
+    right = -math.atan((camera.width - 0.5 - camera.cx) / camera.fx)
+    up = math.atan((camera.cy + 0.5) / camera.fy)
+    down = math.atan((camera.height - 0.5 - camera.cy) / camera.fy)
+    return {
+        "horizontal_deg": _deg(left - right),
+        "vertical_deg": _deg(up + down),
+        "left_deg": _deg(left),
+        "right_deg": _deg(right),
     }
 
 
@@ -113,7 +150,7 @@ def _obstacle(label: int, thing: Thing, ground: Ground, eye: Float64, hits: Hits
     whole = np.concatenate([part.outline(eye) for part in thing.parts]) - eye
     near = _nearest(np.array([part.nearest(eye) for part in thing.parts]) - eye)
     near_shown = _nearest(shown)
-    slack = 2.0 * hits.pixel * float(np.linalg.norm(near_shown))
+    slack = _slack(hits, near_shown)
     bearing, width, _ = _across(whole)
     bearing_shown, width_shown, _ = _across(shown)
     if width_shown < width - slack:
@@ -124,19 +161,55 @@ def _obstacle(label: int, thing: Thing, ground: Ground, eye: Float64, hits: Hits
     if points[2].max() < top - slack:
         top = float(points[2].max())
     floor = ground.at(*thing.foot)
+    lowest = min(part.bottom for part in thing.parts)
+    return _entry(label, thing.name, near, bearing, width, top - floor, lowest - floor, hits)
+
+
+def _face(label: int, face: Face, ground: Ground, eye: Float64, hits: Hits) -> dict[str, Any]:
+    """Return a step or a bank as one thing, between the outermost lines of sight to it."""
+    points = hits.extent(label)
+    sight = points[1] / points[0]
+    foot = np.stack([np.full(2, face.start), face.start * np.array([sight.min(), sight.max()])])
+    low, high = foot.min(axis=1), foot.max(axis=1)
+    near = np.clip(eye, low, high) - eye
+    near_shown = _nearest(points[:2].T - eye)
+    if np.linalg.norm(near_shown) > np.linalg.norm(near) + _slack(hits, near_shown):
+        near = near_shown
+    bearing, width, _ = _across(foot.T - eye)
+    above = points[2] - ground.cross * points[1] - face.foot
+    rise = min(face.rise, float(above.max()))
+    if face.rise - rise <= _slack(hits, near_shown):
+        rise = face.rise
+    return _entry(label, face.name, near, bearing, width, rise, 0.0, hits)
+
+
+def _slack(hits: Hits, near: Float64) -> float:
+    """Return by how much what pixels show may fall short of the whole: two pixels there [m]."""
+    return 2.0 * hits.pixel * float(np.linalg.norm(near))
+
+
+def _entry(
+    label: int,
+    name: str,
+    near: Float64,
+    bearing: float,
+    width: float,
+    height: float,
+    base_height: float,
+    hits: Hits,
+) -> dict[str, Any]:
     return {
         "id": label,
-        "name": thing.name,
+        "name": name,
         **_place(near, bearing),
         "width": _num(width),
-        "height": _num(top - floor),
-        "base_height": _num(min(part.bottom for part in thing.parts) - floor),
-        "visible_share": _num(hits.share(label)),
+        "height": _num(height),
+        "base_height": _num(base_height),
         **_seen(label, hits),
     }
 
 
-def _holes(ground: Ground, eye: Float64, hits: Hits) -> list[dict[str, Any]]:
+def _holes(ground: Ground, eye: Float64, hits: Hits, rig: Rig) -> list[dict[str, Any]]:
     shapes = [("pit", pit.outline(), pit.depth) for pit in ground.pits]
     for label, (x, depth) in enumerate(ground.drops(), 1 + len(ground.pits)):
         seen = hits.extent(-label)
@@ -144,7 +217,7 @@ def _holes(ground: Ground, eye: Float64, hits: Hits) -> list[dict[str, Any]]:
         ys = seen[1] * x / seen[0] if seen.size else np.zeros(1)
         shapes.append(("drop", np.array([[x, ys.min()], [x, ys.max()]]), depth))
     return [
-        _hole(-label, kind, outline, eye, depth, ground, hits)
+        _hole(-label, kind, outline, eye, depth, ground, hits, rig)
         for label, (kind, outline, depth) in enumerate(shapes, 1)
         if hits.visible(-label).any()
     ]
@@ -158,11 +231,13 @@ def _hole(
     depth: float,
     ground: Ground,
     hits: Hits,
+    rig: Rig,
 ) -> dict[str, Any]:
     near = np.clip(eye, outline.min(axis=0), outline.max(axis=0)) - eye
     bearing, width, length = _across(outline - eye)
     lip = float(outline[:, 0].min())
     plane = [p for p in ground.planes if p.start < lip][-1]
+    rows = _rows(outline, ground, rig) if kind == "pit" else None
     return {
         "id": label,
         **_place(near, bearing),
@@ -171,12 +246,26 @@ def _hole(
         "depth": _num(depth),
         "depth_seen": _num(float(plane.below(hits.extent(label)).max())),
         "kind": kind,
+        "rows": rows,
         **_seen(label, hits),
     }
 
 
+def _rows(outline: Float64, ground: Ground, rig: Rig) -> float | None:
+    """Return how many rows the far wall of a pit covers at most, as the camera sees it."""
+    near = np.clip(np.zeros(2), outline.min(axis=0), outline.max(axis=0))
+    distance = float(np.linalg.norm(near))
+    length = float(np.ptp(outline[:, 0]))
+    height = rig.mount.height - ground.at(float(near[0]), float(near[1]))
+    return _num(rig.camera.fy * height * length / (distance * (distance + length)))
+
+
 def _seen(label: int, hits: Hits) -> dict[str, Any]:
-    return {"truncated": hits.truncated(label), "pixels": int(hits.visible(label).sum())}
+    return {
+        "visible_share": _num(hits.share(label)),
+        "truncated": hits.truncated(label),
+        "pixels": int(hits.visible(label).sum()),
+    }
 
 
 def _place(point: Float64, bearing: float) -> dict[str, Any]:

@@ -10,10 +10,17 @@ from itertools import pairwise
 
 import numpy as np
 
+from bearcub.config import Detection
 from bearcub.errors import ConfigError
 from bearcub.messages import Bool, Float64
+from bearcub.sim.grass import Grass
 from bearcub.sim.solids import Part, Solid
 from bearcub.sim.texture import Reals, Texture
+
+STEEPEST = math.tan(math.radians(30.0))
+"""Ground steeper than this is an obstacle, not a way."""
+HIGHEST_STEP = 0.1
+"""A rise steeper than `STEEPEST` blocks the way from this height on [m]."""
 
 _SEAM = 1e-5  # neighbouring pieces overlap by so much [m], so that no ray slips between
 
@@ -160,6 +167,29 @@ class PitInside:
         return ~self.pit.mouth(point[0] + t * sun[0], point[1] + t * sun[1])
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Face:
+    """A part of the ground that nobody drives up: see `Ground.faces`.
+
+    Attributes
+    ----------
+    name : str
+        "step" (vertical: a kerb, a stair) or "bank" (steep).
+    start, end : float
+        Of its foot and its upper edge along x [m].
+    foot : float
+        z at the foot, on the x axis [m].
+    rise : float
+        [m]; inf where it has no upper edge.
+    """
+
+    name: str
+    start: float
+    end: float
+    foot: float
+    rise: float
+
+
 @dataclass(frozen=True, kw_only=True)
 class Ground:
     """Flat pieces along x, all with one cross slope, with pits.
@@ -212,20 +242,47 @@ class Ground:
         """Return the ground's z [m] (pits filled)."""
         return next(plane for plane in reversed(self.planes) if x >= plane.start).at(x, y)
 
-    def parts(self) -> list[tuple[Part, int]]:
-        """Return its surfaces with their labels: 0, and -1, -2, ... for pits, then drops."""
+    def faces(self) -> list[Face]:
+        """Return what of the ground is an obstacle, ascending in x.
+
+        These are steps up and pieces steeper than `STEEPEST`, where they rise by `HIGHEST_STEP`
+        or more. What is lower or less steep is terrain, as is everything that leads down.
+        """
+        found = []
+        for below, plane in pairwise(self.planes):
+            x, foot = plane.start, below.at(plane.start, 0.0)
+            step, climb = plane.height - foot, plane.slope * (plane.end - x)
+            if step >= HIGHEST_STEP:
+                found.append(Face(name="step", start=x, end=x, foot=foot, rise=step))
+            if plane.slope > STEEPEST and climb >= HIGHEST_STEP:
+                found.append(
+                    Face(name="bank", start=x, end=plane.end, foot=plane.height, rise=climb)
+                )
+        return found
+
+    def parts(self, *, things: int = 0) -> list[tuple[Part, int]]:
+        """Return its surfaces with their labels.
+
+        0 is the ground; -1, -2, ... are pits, then what lies beyond drops; `faces` are numbered on
+        after so many `things`.
+        """
+        names = [(face.name, face.start) for face in self.faces()]
         parts: list[tuple[Part, int]] = []
         hole, level = 0, -len(self.pits)
         label = 0
+
+        def of_face(name: str, x: float) -> int:
+            return 1 + things + names.index((name, x)) if (name, x) in names else label
+
         for before, plane in zip((None, *self.planes), self.planes, strict=False):
             step = 0.0 if before is None else plane.height - before.at(plane.start, 0.0)
             if before is not None and step > 0:
                 riser = Riser(x=plane.start, lower=before, upper=plane, texture=self.texture)
-                parts.append((riser, label))
+                parts.append((riser, of_face("step", plane.start)))
             if step < 0:
                 level -= 1
                 label = level
-            parts.append((plane, label))
+            parts.append((plane, of_face("bank", plane.start)))
             for pit in plane.pits:
                 hole -= 1
                 parts.append((PitInside(pit=pit, plane=plane), hole))
@@ -247,19 +304,35 @@ class Thing:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scene:
-    """Ground, things and the direction to the sun, with or without cast shadows."""
+    """A world to look at.
+
+    Attributes
+    ----------
+    ground : Ground
+    things : tuple of Thing
+    grass : tuple of Grass
+        Patches of standing blades on the ground; the ray caster leaves them out.
+    sun : tuple of float
+        Direction to the sun.
+    shadows : bool
+        Whether things cast shadows.
+    clearance : float
+        Height of the robot [m]: what hangs this high or higher does not block its way.
+    """
 
     ground: Ground
     things: tuple[Thing, ...] = ()
+    grass: tuple[Grass, ...] = ()
     sun: tuple[float, float, float] = (-0.55, 0.52, 0.65)
     shadows: bool = True
+    clearance: float = Detection().clearance
 
     def parts(self) -> list[tuple[Part, int]]:
         """Return every surface with its label; things are 1, 2, ... in their order."""
         solids: list[tuple[Part, int]] = [
             (part, label) for label, thing in enumerate(self.things, 1) for part in thing.parts
         ]
-        return self.ground.parts() + solids
+        return self.ground.parts(things=len(self.things)) + solids
 
 
 def _same(vector: Float64, point: Reals) -> Reals:
