@@ -79,7 +79,8 @@ def test_only_the_clock_asks_for_the_time() -> None:
 
 
 def test_nothing_depends_on_environment_variables() -> None:
-    for name in FILES:
+    """But MuJoCo, which takes its OpenGL from there alone; it is told in one place."""
+    for name in FILES.keys() - {"sim/mujoco/library.py"}:
         names = {getattr(node, "attr", getattr(node, "id", "")) for node in nodes(name)}
         assert not names & {"environ", "getenv", "putenv"}, name
 
