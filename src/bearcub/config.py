@@ -19,7 +19,7 @@ def setting(default: Any, doc: str, *, low: float = -math.inf, high: float = mat
     return field(default=default, metadata={"doc": doc, "low": low, "high": high})
 
 
-class _Table:
+class Table:
     """Checks every field of a configuration table against its declared type and range."""
 
     __slots__ = ()
@@ -55,7 +55,7 @@ def choice(default: str, doc: str, *choices: str) -> Any:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Matching(_Table):
+class Matching(Table):
     """From two images to one disparity map."""
 
     matcher: str = choice("sgbm", "which matcher", "sgbm", "bm")
@@ -93,7 +93,7 @@ class Matching(_Table):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GroundSearch(_Table):
+class GroundSearch(Table):
     """From a disparity map to the floor."""
 
     height_factor: float = setting(
@@ -139,7 +139,7 @@ class GroundSearch(_Table):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Detection(_Table):
+class Detection(Table):
     """From disparity and floor to obstacles, holes, terrain and the free way."""
 
     least_height: float = setting(
@@ -204,6 +204,7 @@ class Config:
         """
         try:
             tables = tomllib.loads(path.read_text(encoding="utf-8"))
+            tables.pop("devices", None)  # what is plugged in: runtime/devices.py reads that
         except OSError as error:
             raise ConfigError(f"{path}: cannot be read: {error.strerror}") from error
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

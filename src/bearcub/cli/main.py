@@ -17,7 +17,11 @@ COMMANDS = {
     "detect": "answer the six questions for images, videos or disparity maps",
     "config": "print the configuration, with the meaning of every number",
     "bench": "measure how long the stages take",
+    "simulate": "render worlds with truth, and write them as files",
     "evaluate": "score answers against real recordings or rendered scenes",
+    "emulate": "serve a device made of software on a pseudo-terminal or a TCP port",
+    "devices": "list what is plugged in: cameras and serial ports",
+    "doctor": "look at every device of the robot in turn, and say what to do",
 }
 """Modules of this package, each with ``configure(parser)`` and ``execute(args) -> int``."""
 

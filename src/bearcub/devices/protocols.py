@@ -1,12 +1,45 @@
-"""What every source of frames and every sink of pictures has in common."""
+"""What all sources, drives and sinks have in common.
+
+Two kinds of source: a `FrameSource` is walked through, frame by frame, by who wants every frame of
+a recording; a `Source` runs beside the loop and is asked for its latest value.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Generic, Protocol, Self, TypeVar
 
-from bearcub.messages import UInt8
+from bearcub.devices.health import Health
+from bearcub.messages import UInt8, WheelState
+
+T_co = TypeVar("T_co", covariant=True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading(Generic[T_co]):
+    """A source's latest value, as old as it was when it was asked for.
+
+    Attributes
+    ----------
+    value
+    stamp_ns : int
+        When it was measured [ns], by the clock that the source was given: arrival of its last
+        byte less the latency that is known of the device.
+    age : float
+        From then until it was asked for [s].
+    fresh : bool
+        False once no newer one has come for longer than a source of this rate may be silent; a
+        reading that is not fresh must not be acted on.
+    count : int
+        1 for the source's first value; the same number is the same value.
+    """
+
+    value: T_co
+    stamp_ns: int
+    age: float
+    fresh: bool
+    count: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,3 +117,70 @@ class FrameSink(Closing, Protocol):
             If it cannot be written.
         """
         ...
+
+
+class Source(Closing, Protocol[T_co]):
+    """A sensor that runs beside the loop; it recovers by itself and says how it is.
+
+    ``with source:`` starts and closes it.
+    """
+
+    @property
+    def name(self) -> str:
+        """What it is called in messages: ``tilt (/dev/ttyUSB0)``."""
+        ...
+
+    def start(self) -> None:
+        """Begin to connect and to read, without waiting for either; a second call does nothing."""
+        ...
+
+    def latest(self) -> Reading[T_co] | None:
+        """Return the latest value, never waiting for one; None before the first."""
+        ...
+
+    def health(self) -> Health:
+        """Return how it is; a dead device is named within half a second."""
+        ...
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+
+class Drive(Closing, Protocol):
+    """What turns the wheels. A drive that hears nothing for a while stops by itself.
+
+    ``with drive:`` starts it, and stops the robot at the end, also by an exception or Ctrl-C.
+    """
+
+    @property
+    def name(self) -> str:
+        """What it is called in messages: ``drive (192.168.2.2:23)``."""
+        ...
+
+    def start(self) -> None:
+        """Begin to connect, without waiting for it; a second call does nothing."""
+        ...
+
+    def command(self, speed: float, turn_rate: float) -> None:
+        """Drive at `speed` [m/s], ahead positive, and `turn_rate` [rad/s], left positive.
+
+        Returns at once. A command counts until the next one, at most for the drive's own limit.
+        """
+        ...
+
+    def stop(self) -> None:
+        """Stop as fast as the drive's deceleration allows; returns at once."""
+        ...
+
+    def feedback(self) -> Reading[WheelState] | None:
+        """Return what the wheels do, never waiting for it; None before the first."""
+        ...
+
+    def health(self) -> Health:
+        """Return how it is; a dead drive is named within half a second."""
+        ...
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self

@@ -1,7 +1,6 @@
 """The 2005 column analysis in the place of the pipeline: the same answer, with fewer numbers."""
 
 import math
-from dataclasses import asdict
 
 import numpy as np
 
@@ -125,7 +124,11 @@ class ClassicPipeline:
 
 
 def _body(tilt: Tilt | None) -> Attitude:
-    return Attitude(roll=0.0, pitch=0.0) if tilt is None else Attitude(**asdict(tilt))
+    return (
+        Attitude(roll=0.0, pitch=0.0)
+        if tilt is None
+        else Attitude(roll=tilt.roll, pitch=tilt.pitch)
+    )
 
 
 def _obstacle(thing: ClassicObject, place: Float64, *, number: int, image_width: int) -> Obstacle:
