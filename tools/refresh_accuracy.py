@@ -1,23 +1,34 @@
 """Remake docs/accuracy.md: ``python tools/refresh_accuracy.py FOLDER_OF_RECORDINGS``.
 
-The text before the first table and the sentences on what is missed and why stand here.
+The text before the first table, and the sentences on what is missed and why, stand here. With
+``--frames DIR`` rendered frames are kept there and used again.
 """
 
+import argparse
+import re
+import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
+import cv2
+
 ROOT = Path(__file__).parents[1]
+IMAGES = ROOT / "docs" / "images" / "accuracy"
+AGAINST = "classic,vdisparity,ransac,zband"
 
 HEAD = """\
 # Accuracy
 
 What was promised, what is reached, and the commands that remake the tables:
 `python tools/refresh_accuracy.py ../shared/data`, which runs
+`bearcub evaluate sim --against classic,vdisparity,ransac,zband`,
 `bearcub evaluate real ../shared/data`, `bearcub evaluate sample` and `bearcub evaluate scenes`.
 All sets run with the default configuration and the same code; thresholds were chosen once, for
 all of them. Each command prints the same numbers as a table, with `--json` as one JSON object,
-with `--markdown` as they stand here, and `--save DIR` writes every annotated frame.
+with `--markdown` as they stand here, and `--save DIR` draws frames. `bearcub evaluate sim --quick`
+takes a small part of the simulated frames and fails when a figure falls below its recorded floor.
 
 ## What is missed, and why
 
@@ -35,8 +46,41 @@ with `--markdown` as they stand here, and `--save DIR` writes every annotated fr
   in front of them, and a drop can be called a pit.
 * The matcher carries the rim of a top face that is seen from above too near: heights come out
   about 2 % high on the sample.
-* Slopes and roughness have no recorded truth here; they are checked on rendered scenes only.
 
+"""
+
+RULES = """\
+## Simulated frames
+
+The scenarios (`bearcub simulate --list`) sweep attitude, camera height, field of view, baseline,
+range, surface, light and the tilt sensor's faults, each frame with exact truth.
+
+**How answers and truth are matched.** An answer can mean a thing when the intervals of bearing
+that they cover overlap, both widened by 0.5 deg, and their distances differ by at most the larger
+of 0.3 m and 10 %. The pair that fits best is taken first, one to one. What is left of the answers
+is false, second answers for one thing included, unless it could mean a thing that does not count.
+A thing does not count when less than 70 % of it is visible, or in both images; when it is nearer
+than 1 m or farther than 12 m; or smaller or farther than the row says. What the robot fits under
+counts in a row of its own: the answer is wrong when it puts the thing's lower edge below the
+robot's height. Numbers that the image cuts (the width of a wall that leaves it) have no truth.
+
+**What physics allows.** A hole of length w along the line of sight at range R covers
+`f h w / (R (R + w))` rows and steps by `f B w / (R (R + w))` px of disparity at its near lip
+(camera height h); it counts from 6 rows and 0.5 px on. An error of s px of disparity is one of
+`Z s / (f B)` of the distance Z; a pixel is `Z / f` wide. A slope against gravity is as good as the
+tilt reading at best; behind a biased or late reading, and behind a step or a bank, it does not
+count. These limits stand beside the figures.
+
+**The baselines** get the same disparity, the same mount and the same tilt reading, and look 9 m
+far: `classic` is the paper's column analysis as it was meant; `vdisparity` finds the floor as a
+line of the v-disparity image by a Hough transform and things in the u-disparity image; `ransac`
+fits a plane to the points and clusters what is off it; `zband` takes a band of heights over the
+floor that mount and reading tell, as costmap layers do. A dash means that a method does not
+answer.
+
+"""
+
+REAL = """\
 ## Real recordings
 
 The recordings were made by other people and are not part of the project; a set whose folder is
@@ -44,6 +88,21 @@ absent is skipped. The command takes the folder that holds `inria_road`, `kitti_
 `pothole` and `sslg`.
 
 """
+
+SHOWN = (
+    ("obstacles-0-3-m-wide-and-high-1-to-8-m-visible-70-recall", "Large obstacles: recall"),
+    ("false-obstacles-in-1-000-frames-of-empty-floor", "False obstacles on empty floor"),
+    ("holes-0-4-to-1-m-wide-within-the-geometric-limit", "Holes: recall"),
+    ("distance-1-to-4-m", "Distance to 4 m"),
+    ("camera-attitude", "Attitude"),
+    ("slope-from-1-5-to-5-m", "Slope"),
+    ("walls-and-banks", "Walls and banks"),
+    ("table-and-branch", "Table and branch"),
+)
+"""The rows whose worst and best frame are shown: how their pictures' names begin, and a title."""
+
+CAUSES: dict[str, str] = {}
+"""A sentence on why the worst frame of a row is bad, by the row's title; written after a look."""
 
 
 def evaluated(*arguments: str) -> str:
@@ -59,10 +118,51 @@ def evaluated(*arguments: str) -> str:
     return done.stdout
 
 
+def simulated(*options: str) -> str:
+    """Return the simulator's table, with pictures of the worst and the best frames."""
+    with tempfile.TemporaryDirectory() as folder:
+        table = evaluated("sim", "--against", AGAINST, "--save", folder, *options)
+        return f"{table}\n### The worst and the best frames\n\n{_OUTLINES}\n\n{_pictures(folder)}"
+
+
+_OUTLINES = (
+    "White outlines are the truth, grey ones things that do not count; everything else is our "
+    "answer."
+)
+
+
+def _pictures(folder: str) -> str:
+    """Copy the chosen pictures to the docs as JPEG, and return the text that shows them."""
+    shutil.rmtree(IMAGES, ignore_errors=True)
+    IMAGES.mkdir(parents=True)
+    blocks = []
+    for start, title in SHOWN:
+        for word, rank in (("worst", "worst-1"), ("best", "best")):
+            for path in sorted(Path(folder).glob(f"{start}*_{rank}_*.png"))[:1]:
+                name = f"{re.sub('[^a-z]+', '-', title.lower())}-{word}.jpg"
+                picture = cv2.imread(str(path))
+                if picture is not None:
+                    cv2.imwrite(str(IMAGES / name), picture, [cv2.IMWRITE_JPEG_QUALITY, 80])
+                case = path.stem.rpartition("_")[2]
+                cause = f" {CAUSES[title]}" if word == "worst" and title in CAUSES else ""
+                blocks.append(
+                    f"**{title}, {word}** (`{case}`).{cause}\n\n"
+                    f"![{title}, {word} frame](images/accuracy/{name})"
+                )
+    return "\n\n".join(blocks) + "\n"
+
+
 def main() -> None:
     """Write docs/accuracy.md."""
-    parts = [HEAD, evaluated("real", sys.argv[1]), "\n## Rendered scenes\n\n"]
-    parts += [evaluated("sample"), "\n", evaluated("scenes")]
+    parser = argparse.ArgumentParser()
+    parser.add_argument("recordings")
+    parser.add_argument("--frames", help="keep rendered frames here")
+    parser.add_argument("--quick", action="store_true", help="a trial: few simulated frames")
+    args = parser.parse_args()
+    options = ["--frames", args.frames] if args.frames else []
+    options += ["--quick"] if args.quick else []
+    parts = [HEAD, RULES, simulated(*options), "\n", REAL, evaluated("real", args.recordings)]
+    parts += ["\n## Other rendered scenes\n\n", evaluated("sample"), "\n", evaluated("scenes")]
     (ROOT / "docs" / "accuracy.md").write_text("".join(parts), encoding="utf-8")
 
 

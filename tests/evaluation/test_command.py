@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from bearcub.cli import evaluate
+from bearcub.cli import evaluate, evaluate_sim
 from bearcub.errors import InputError
+from bearcub.evaluation import floors, sim
 from bearcub.evaluation.runner import Runner
 from bearcub.evaluation.table import Row, Section
 
@@ -74,3 +75,65 @@ def test_folder_that_cannot_be_made_is_one_sentence(tmp_path: Path) -> None:
     blocked.write_text("")
     with pytest.raises(InputError, match="file: cannot be made"):
         evaluate.execute(parsed("sample", "--save", str(blocked)))
+
+
+@pytest.fixture
+def simulated(monkeypatch: pytest.MonkeyPatch) -> list[Row]:
+    """Replace the rendering and answering by the rows that the test puts into the list."""
+    rows: list[Row] = []
+
+    def fake(cases: object, method: object, track: object) -> sim.Result:
+        section = Section(name="sim", title="Simulated", about="", rows=tuple(rows))
+        return sim.Result(sections=(section,), shown={}, records=())
+
+    monkeypatch.setattr(sim, "evaluate", fake)
+    monkeypatch.setattr(floors, "read", lambda: {"recall": 90.0})
+    return rows
+
+
+def recall(value: float) -> Row:
+    return Row(measure="recall", value=value, unit="%", limit=98.0, sense="at least", count=100)
+
+
+def test_whole_suite_fails_on_a_promise_and_the_quick_one_on_a_floor(simulated: list[Row]) -> None:
+    simulated.append(recall(95.0))
+    assert evaluate.execute(parsed("sim")) == 1
+    assert evaluate.execute(parsed("sim", "--quick")) == 0
+    simulated[0] = recall(89.0)
+    assert evaluate.execute(parsed("sim", "--quick")) == 1
+
+
+def test_part_of_the_quick_suite_has_no_floors(simulated: list[Row]) -> None:
+    simulated.append(recall(0.0))
+    assert evaluate.execute(parsed("sim", "--quick", "--scenario", "garbage-can")) == 0
+
+
+def test_table_says_how_to_remake_it(
+    simulated: list[Row], capsys: pytest.CaptureFixture[str]
+) -> None:
+    simulated.append(recall(99.0))
+    evaluate.execute(parsed("sim", "--quick", "--against", "classic,zband", "--markdown"))
+    first = capsys.readouterr().out.splitlines()[0]
+    assert first == "    bearcub evaluate sim --quick --against classic,zband"
+
+
+@pytest.mark.parametrize("names", ["classical", "", "classic,zbands"])
+def test_unknown_baseline_is_refused(names: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        parsed("sim", "--against", names)
+    assert "expected some of classic,vdisparity,ransac,zband" in capsys.readouterr().err
+
+
+def test_lines_that_cannot_be_written_are_one_sentence(
+    simulated: list[Row], tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match="cannot be written"):
+        evaluate_sim.evaluate(
+            parsed("sim", "--quick", "--frames-json", str(tmp_path / "no" / "file")), Runner().track
+        )
+
+
+def test_drive_needs_its_poses(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        parsed("drive", "data")
+    assert "--poses" in capsys.readouterr().err

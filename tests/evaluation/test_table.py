@@ -73,7 +73,7 @@ def test_bar_in_a_note_does_not_end_its_cell() -> None:
 def test_terminal_table_tells_the_verdicts() -> None:
     console = Console(width=120)
     with console.capture() as capture:
-        console.print(to_rich(SECTION))
+        console.print(*to_rich(SECTION))
     lines = capture.get().splitlines()
     assert next("kept" in line for line in lines if "height error" in line)
     assert next("MISSED" in line and "frame 3" in line for line in lines if "found" in line)
@@ -82,5 +82,7 @@ def test_terminal_table_tells_the_verdicts() -> None:
 def test_terminal_table_gives_the_reason_of_a_skipped_set() -> None:
     console = Console(width=120)
     with console.capture() as capture:
-        console.print(to_rich(Section(name="b", title="B", about="", skipped="there is no folder")))
+        console.print(
+            *to_rich(Section(name="b", title="B", about="", skipped="there is no folder"))
+        )
     assert "there is no folder" in capture.get()

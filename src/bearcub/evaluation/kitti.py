@@ -140,13 +140,21 @@ def answer_drive(
     )
 
 
-def swept(answer: Answer, rig: Rig, poses: Float64, frame: int) -> list[str]:
+def swept(
+    answer: Answer,
+    rig: Rig,
+    poses: Float64,
+    frame: int,
+    *,
+    half_width: float = HALF_WIDTH,
+    reach: float = REACH,
+) -> list[str]:
     """Return the obstacles in the way that the car took, in words."""
     path = way_ahead(poses, frame) + np.array([rig.mount.x, rig.mount.y])
     found = []
     for obstacle in answer.obstacles:
         points = np.vstack([[(obstacle.x, obstacle.y)], ground_positions(answer, rig, obstacle.id)])
-        inside = inside_corridor(points, path, half_width=HALF_WIDTH, reach=REACH)
+        inside = inside_corridor(points, path, half_width=half_width, reach=reach)
         if inside[0] or (len(inside) > 1 and inside[1:].mean() >= _TOUCHED):
             found.append(
                 f"{obstacle.distance:.1f} m, {math.degrees(obstacle.bearing):+.0f} deg, "
@@ -169,10 +177,12 @@ def ground_positions(answer: Answer, rig: Rig, label: int) -> Float64:
     return np.asarray((optical @ turn.T)[:, :2] + (rig.mount.x, rig.mount.y), dtype=np.float64)
 
 
-def shortened(answer: Answer, rig: Rig, poses: Float64, frame: int) -> list[str]:
+def shortened(
+    answer: Answer, rig: Rig, poses: Float64, frame: int, *, reach: float = REACH
+) -> list[str]:
     """Return what ends the free range on the way that the car took, in words; one or none."""
     free = answer.free_range
-    places = cut(way_ahead(poses, frame), REACH)[1:] + np.array([rig.mount.x, rig.mount.y])
+    places = cut(way_ahead(poses, frame), reach)[1:] + np.array([rig.mount.x, rig.mount.y])
     for place in places if len(free) else ():
         distance, bearing = float(np.hypot(*place)), float(np.arctan2(place[1], place[0]))
         nearest = int(np.abs(free.bearing - bearing).argmin())
