@@ -33,7 +33,7 @@ _NEAR = 0.3  # the floor just ahead reaches to this share of its nearest level
 _HALF_WIDTH = 3.0  # of the way just ahead [m]; ground further aside counts less
 _CLOSE = 0.5  # pixels farther than this share of the nearest level count less
 _BIWEIGHT = 3.5  # Tukey's constant in sigmas
-_CORRELATED = 12.0  # neighbouring pixels of a matcher that err together
+_CORRELATED = 140.0  # neighbouring pixels of a matcher that err together: windows of 9 px, smoothed
 _LOCKING = 0.05  # bias of sub-pixel matching [px], hardware-independent (pixel locking)
 
 

@@ -30,13 +30,15 @@ _FARTHEST = 1.0  # least disparity of the floor that is followed [px]
 _ROWS, _COLUMNS = 160, 80  # of the image that are looked at: far levels lie in few rows
 _HALF_WIDTH = 2.0  # of the way ahead [m]
 _LEAST = 12  # pixels of a bin
-_SHARE = 0.3  # of a bin's pixels that must lie on the profile
+_SHARE = 0.25  # of a bin's pixels that must lie on the profile
 _STEP = 0.01  # change of height between neighbouring bins that is no step [m]
 _CORRELATED = 12.0  # neighbouring pixels of a matcher that err together
 _JUST_AHEAD = 0.62  # share of the nearest level to which the floor just ahead reaches
 _BENT = 0.06  # least bend of the floor just ahead that is corrected [px]
-_MIXED = 2.5  # spread of several surfaces, over the noise of one
 _DEEP = 7.0  # times the noise below the floor, where noise does not reach
+_AGAIN = 3  # bins on one level beyond a step up that are ground again
+_HIGHEST_STEP = 0.5  # of the camera's height
+_MIXED = 2.5  # spread of several surfaces, over the noise of one
 _SMALLEST = 0.1  # least noise believed [px]
 _LARGEST = 1.5  # largest noise believed [px]
 
@@ -55,12 +57,18 @@ class Profile:
         1-sigma of a pixel's disparity [px].
     error : ndarray of float64, shape (K,)
         1-sigma of `bend` [px].
+    step : float
+        Level of the nearest step up to other ground [px]; 0 where there is none.
+    end : float
+        Level to which the floor was followed [px]; 0 where nothing ended it.
     """
 
     knots: Float64
     bend: Float64
     noise: Float64
     error: Float64
+    step: float = 0.0
+    end: float = 0.0
 
 
 def follow_floor(
@@ -106,16 +114,32 @@ def follow_floor(
     centres = np.sqrt(edges[:-1] * edges[1:]).tolist()
     depth = projection.fx * projection.baseline / math.cos(pitch)
     tracker = _Tracker(height=height, depth=depth, steepest=math.tan(steepest), noise=noise)
-    found = []
+    found: list[list[float]] = []
+    end = 0.0
+    parts = [0]  # where ground begins again beyond a step
     for centre, here, ahead in zip(reversed(centres), reversed(bins), reversed(ways), strict=True):
         if len(here) >= _LEAST:
             bend = tracker.advance(centre, ahead if len(ahead) >= _LEAST else here)
             spread = tracker.spread(here, bend)
             # where little of the floor is seen, what is seen errs together
             error = spread / (share * tracker.share**2) * math.sqrt(_CORRELATED / len(here))
-            found.append((centre, bend, spread, error))
-    knots, bends, noises, errors = np.array(found[::-1]).T
-    return Profile(knots=knots, bend=_smooth(bends), noise=_never_better_far(noises), error=errors)
+            found.append([centre, bend, spread, error])
+            if tracker.regained:
+                parts.append(len(found) - tracker.regained)
+                for entry in found[parts[-1] :]:
+                    entry[1:3] = [tracker.bend_at(entry[0]), spread]
+                tracker.regained = 0
+            end = (end or centre) if tracker.ended else 0.0
+    knots, bends, noises, errors = np.array(found).T
+    pieces = [_smooth(bends[a:b]) for a, b in pairwise([*parts, len(bends)])]
+    return Profile(
+        knots=knots[::-1],
+        bend=np.concatenate(pieces)[::-1],
+        noise=_never_better_far(noises[::-1]),
+        error=errors[::-1],
+        step=float(knots[parts[1]]) if len(parts) > 1 else 0.0,
+        end=end,
+    )
 
 
 def _edges(nearest: float) -> Float64:
@@ -169,7 +193,7 @@ def just_ahead(plane: Float64, profile: Profile) -> tuple[Float64, Profile, Floa
         What the correction adds to that of the plane.
     """
     knots, bend = profile.knots, profile.bend
-    near = knots > _JUST_AHEAD * knots.max(initial=0.0)
+    near = knots > max(_JUST_AHEAD * knots.max(initial=0.0), profile.step)
     if np.count_nonzero(near) < 5:
         return plane, profile, np.zeros((3, 3))
     factor, shift, trend = _line(knots[near], bend[near], profile.error[near])
@@ -184,6 +208,8 @@ def just_ahead(plane: Float64, profile: Profile) -> tuple[Float64, Profile, Floa
         bend=(knots + bend - level)[kept],
         noise=profile.noise[kept],
         error=profile.error[kept],
+        step=profile.step,
+        end=profile.end,
     )
     corrected = (1 + factor) * plane + np.array([0.0, 0.0, shift])
     return corrected, moved, by_trend @ trend @ by_trend.T
@@ -229,31 +255,40 @@ class _Tracker:
         self._tail = noise
         self._lift = 0.0  # height of the profile above the plane [m]
         self._x: float | None = None
-        self._ended = False
+        self.ended = False
+        self._upper: list[tuple[float, float]] = []  # height and range of ground beyond a step up
         self.share = 1.0  # of the last bin's pixels that lay on the profile
+        self.regained = 0  # bins that turned out to be ground beyond a step, the last one included
 
     def advance(self, level: float, way: Sequence[float]) -> float:
         """Move on to the next bin and return the floor's disparity there less the plane's [px]."""
-        expected = self._bend(level, self._lift)
-        if self._ended:
-            return expected
+        expected = self.bend_at(level)
+        if self.ended:
+            self._look_beyond(level, way)
+            return self.bend_at(level)
         x = self._depth / (level + expected)
         run = 0.0 if self._x is None else max(0.0, x - self._x)
         rise = self._steepest * run
         reach = 3.0 * self._noise
-        below = bisect_right(way, self._bend(level, self._lift - rise) - reach)
-        above = bisect_left(way, self._bend(level, self._lift + rise) + reach)
         least = max(_LEAST // 2, _SHARE * len(way))
-        on = way[below:above]
-        self.share = max(0.1, len(on) / len(way))
+        # what goes on as before is the floor, however much stands beside it
+        on = _between(way, expected - reach, expected + reach)
         if len(on) < least:
-            # a step takes most of the way off the floor, to one side
-            self._ended = max(below, len(way) - above) > (1 - _SHARE) * len(way)
-            return expected
-        if abs(on[len(on) // 2] - expected) > reach and _spread(on) > _MIXED * self._noise:
-            # several surfaces: what goes on as before is the floor, if enough does
-            same = way[bisect_right(way, expected - reach) : bisect_left(way, expected + reach)]
-            on = same if len(same) >= least else on
+            low = self._bend(level, self._lift - rise) - reach
+            high = self._bend(level, self._lift + rise) + reach
+            on = _between(way, low, high)
+            if len(on) < least:
+                # a step takes most of the way off the floor, to one side
+                most = (1 - _SHARE) * len(way)
+                self.ended = (
+                    bisect_left(way, high) < len(way) - most or bisect_right(way, low) > most
+                )
+                self.share = max(0.1, len(on) / len(way))
+                return expected
+        for _ in range(2):  # to the middle of that surface
+            middle = on[len(on) // 2]
+            on = _between(way, middle - reach, middle + reach)
+        self.share = max(0.1, len(on) / len(way))
         middle = on[len(on) // 2]
         spread = _spread(on)
         lift = self._height * middle / max(level + middle, 0.1)
@@ -265,13 +300,36 @@ class _Tracker:
         if self._x is not None:
             climb = self._steepest * max(0.0, there - self._x) + 2 * doubt + _STEP
             if abs(change) > climb:
-                self._ended = True
+                self.ended = True
                 return expected
             # what a few far pixels say is weighed against how much ground changes over the bin
             change *= 1 / (1 + (doubt / (0.5 * (rise + _STEP))) ** 2)
         self._noise = 0.7 * self._noise + 0.3 * min(max(spread, _SMALLEST), _LARGEST)
         self._lift += change
         self._x = there if self._x is None else max(self._x, there)
+        return self.bend_at(level)
+
+    def _look_beyond(self, level: float, way: Sequence[float]) -> None:
+        """Go on where the way lies on one level again beyond a step up: stairs, a pavement."""
+        middle = way[len(way) // 2]
+        lift = self._height * middle / max(level + middle, 0.1)
+        there = self._depth / max(level + middle, 0.1)
+        last_lift, last_there = self._upper[-1] if self._upper else (lift, 0.0)
+        doubt = 2 * self._height * self._noise / level * math.sqrt(_CORRELATED / len(way))
+        above = self._lift + _STEP < lift < _HIGHEST_STEP * self._height
+        if not above or _spread(way) > _MIXED * self._noise:
+            self._upper = []
+        elif abs(lift - last_lift) <= doubt + _STEP and there > last_there:
+            self._upper.append((lift, there))
+        else:
+            self._upper = [(lift, there)]
+        if len(self._upper) >= _AGAIN:
+            self.regained = len(self._upper)
+            self._lift = sum(lift for lift, _ in self._upper) / self.regained
+            self._x, self._upper, self.ended = there, [], False
+
+    def bend_at(self, level: float) -> float:
+        """Return the floor's disparity less the plane's [px]."""
         return self._bend(level, self._lift)
 
     def _bend(self, level: float, lift: float) -> float:
@@ -280,7 +338,7 @@ class _Tracker:
 
     def spread(self, here: Sequence[float], bend: float) -> float:
         """Return the noise told by the pixels below the floor [px]; the last one when few do."""
-        if self._ended:  # what lies below is another floor, not noise
+        if self.ended:  # what lies below is another floor, not noise
             return self._tail
         # what lies many times the noise lower is a hole
         lowest = bend - min(max(_DEEP * self._noise, 1.0), 3 * _LARGEST)
@@ -290,6 +348,11 @@ class _Tracker:
             tail = (bend - here[first + int(0.05 * (last - first - 1) + 0.5)]) / 1.96
             self._tail = min(max(tail, _SMALLEST), _LARGEST)
         return self._tail
+
+
+def _between(values: Sequence[float], low: float, high: float) -> Sequence[float]:
+    """Return the values, in ascending order, that lie between `low` and `high`."""
+    return values[bisect_right(values, low) : bisect_left(values, high)]
 
 
 def _spread(values: Sequence[float]) -> float:

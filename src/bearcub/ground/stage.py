@@ -13,6 +13,8 @@ from bearcub.ground.profile import follow_floor, just_ahead
 from bearcub.messages import DisparityMap, Ground, Tilt
 from bearcub.rig.model import Mount
 
+_OTHER_HEIGHT = 1.5  # sigmas off the mounted height that tell another plane
+_STEEPER = math.radians(6.0)  # than a way may be, and still measured as ground
 _UPSIDE_DOWN = 0.2  # share of the image that a floor at its top must cover, unlike a ceiling
 
 
@@ -129,7 +131,11 @@ class GroundStage:
         measured = _values(self.projection, fit.plane)
         back = np.linalg.inv(_plane_jacobian(self.projection, measured))
         covariance = back @ fit.covariance @ back.T
-        values, covariance = fuse(prior.values, prior.sigma, measured, covariance)
+        ramp = prior.tilted and rises_ahead(prior.values, prior.sigma, measured, covariance)
+        if ramp:
+            values, covariance = prior.values, np.diag(prior.sigma**2)
+        else:
+            values, covariance = fuse(prior.values, prior.sigma, measured, covariance)
         attitude = Attitude(pitch=float(values[1]), roll=float(values[2]))
         plane = self.projection.plane(height=float(values[0]), down=attitude.down())
         jacobian = _plane_jacobian(self.projection, values)
@@ -140,9 +146,11 @@ class GroundStage:
             noise=fit.noise,
             height=float(values[0]),
             pitch=attitude.pitch,
-            steepest=self.steepest,
+            steepest=self.steepest + _STEEPER,
         )
-        plane, profile, more = just_ahead(plane, profile)
+        more = np.zeros((3, 3))
+        if not ramp:
+            plane, profile, more = just_ahead(plane, profile)
         ahead = _values(self.projection, plane)
         of_plane = jacobian @ covariance @ jacobian.T + more
         back = np.linalg.inv(_plane_jacobian(self.projection, ahead))
@@ -164,7 +172,34 @@ class GroundStage:
             knots=profile.knots,
             bend=profile.bend,
             knot_noise=profile.noise,
+            followed_to=profile.end,
         )
+
+
+def rises_ahead(expected: Float64, sigma: Float64, measured: Float64, covariance: Float64) -> bool:
+    """Tell ground that rises or falls before it comes into view from a tilt reading that is wrong.
+
+    Both show a floor of another pitch than expected. But the floor of a wrong reading passes under
+    the camera at the height it is mounted at; a ramp's, carried on to there, does not.
+
+    Parameters
+    ----------
+    expected, sigma : ndarray of float64, shape (3,)
+        The prior's (height, pitch, roll) and its 1-sigmas.
+    measured : ndarray of float64, shape (3,)
+    covariance : ndarray of float64, shape (3, 3)
+        Of `measured`.
+
+    Examples
+    --------
+    >>> expected, sigma = np.array([1.2, 0.1, 0.0]), np.array([0.12, 0.026, 0.026])
+    >>> rises_ahead(expected, sigma, np.array([1.2, 0.2, 0.0]), np.zeros((3, 3)))
+    False
+    >>> rises_ahead(expected, sigma, np.array([1.5, 0.25, 0.0]), np.zeros((3, 3)))
+    True
+    """
+    apart = np.abs(measured - expected) / np.sqrt(sigma**2 + np.diag(covariance))
+    return bool(apart[0] > _OTHER_HEIGHT and apart[1] > 3.0)
 
 
 def fuse(

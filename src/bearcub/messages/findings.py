@@ -169,6 +169,9 @@ class Ground:
         disparity is `knots` [px], ascending, linear between; empty where no profile was seen.
     knot_noise : ndarray of float64, shape (K,)
         Disparity noise measured on the floor there, 1-sigma [px].
+    followed_to : float
+        Knots below this level [px] lie beyond where the floor could be followed (a wall, a drop):
+        there it is taken to go on as it is.
     height, pitch, roll : float
         The camera above and against that floor [m], [rad].
     sigma_height, sigma_pitch, sigma_roll : float
@@ -201,6 +204,7 @@ class Ground:
     knots: Float64 = field(default_factory=lambda: np.zeros(0))
     bend: Float64 = field(default_factory=lambda: np.zeros(0))
     knot_noise: Float64 = field(default_factory=lambda: np.zeros(0))
+    followed_to: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
