@@ -175,7 +175,7 @@ class Detection(Table):
         high=10.0,
     )
     bias: float = setting(
-        0.1,
+        0.15,
         "1-sigma of the disparity error that all pixels of a thing share [px]",
         low=0.0,
         high=2.0,

@@ -31,6 +31,7 @@ def board(*, noise: float = 0.0, bias: float = 0.0, seed: int = 0, keep: float =
         noise=max(noise, 0.1),
         bias=bias,
         fattening=0.0,
+        fringe=0.0,
         stride=1,
         pixels=int(kept.sum()),
     )
@@ -96,7 +97,9 @@ def test_a_thing_turned_round_the_robot_keeps_its_size() -> None:
     )
     u, v = (grid.ravel().astype(float) for grid in np.meshgrid(range(140, 180), range(170, 230)))
     d = np.full(len(u), 10.0, dtype=np.float32)
-    found = measure(turned, u, v, d, noise=0.1, bias=0.0, fattening=0.0, stride=1, pixels=len(u))
+    found = measure(
+        turned, u, v, d, noise=0.1, bias=0.0, fattening=0.0, fringe=0.0, stride=1, pixels=len(u)
+    )
     assert found.x == pytest.approx(4.5, abs=0.02)  # the camera is 0.5 m before the origin
     assert found.top == pytest.approx(0.80, abs=0.015)
     assert found.width == pytest.approx(0.40, abs=0.02)

@@ -30,6 +30,8 @@ from bearcub.obstacles.verify import Witness, confirmed
 from bearcub.robust import median, quantile
 
 _LEAST_PIXELS = 60
+_SURE, _SURE_NARROW = 1.5, 3.0  # standard errors by which the images must speak for a hole
+_NARROW = 0.3  # width [m] below which gaps between blades and stones look like holes
 _LEAST_COLUMNS = 8
 _LEAST_ROWS = 3
 _RIM = 0.12  # share of a pit's depth at which its rim is taken
@@ -41,6 +43,8 @@ _RESUMED = 0.4  # of the tolerance: floor that lies lower still belongs to the d
 _BORDERED = 0.6  # share of its columns in which floor must border it
 _LONGEST = 4.0  # ground that lies lower for longer is no pit but another floor [m]
 _DEEPEST = 0.1  # quantile of height that is called the bottom
+_VAGUE = 0.2  # 1-sigma of a hole's width, length and depth, as a share: its rim is a slope
+_SHALLOW = 0.05  # depth over length of ground that undulates
 _STEEP = math.radians(20.0)  # a hole's walls are at least so steep
 _MIRRORED = 24  # rows in which the foot of a mirrored thing may hide in the tolerance
 _SAME_RANGE = 0.95  # of the disparity at the far rim: a thing farther behind is not mirrored
@@ -179,7 +183,8 @@ def find_holes(
         if hole is None:
             continue
         u, v = region.pixels()
-        if confirmed(witness, sorter, u + region.left, v + region.top, offset=offset):
+        sure = _SURE if hole.width >= _NARROW else _SURE_NARROW
+        if confirmed(witness, sorter, u + region.left, v + region.top, offset=offset, sure=sure):
             found.append((hole, region))
     found.sort(key=lambda item: item[0].distance)
     return tuple(hole for hole, _ in found), tuple(region for _, region in found)
@@ -262,7 +267,7 @@ def _judge(region: Region, scene: _Scene) -> Hole | None:
     pit = far_floor.mean() >= _BORDERED and quantile(span, 0.75) < _LONGEST
     if not pit and not _falls_at_once(sorting, u, bottom):
         return None
-    return _measure(region, scene, (u, top, bottom), near, span, pit=bool(pit))
+    return _measure(region, scene, (u, top, bottom), near, far, pit=bool(pit))
 
 
 def _mirrors(region: Region, scene: _Scene, u: Index, top: Index) -> Bool:
@@ -301,13 +306,14 @@ def _measure(
     scene: _Scene,
     outline: tuple[Index, Index, Index],
     near: Float64,
-    span: Float64,
+    far: Float64,
     *,
     pit: bool,
 ) -> Hole | None:
-    """Measure a hole from its near rim and how far behind it the other lies, by column.
+    """Measure a hole from its near and its far rim, points by column [m].
 
-    `outline` is columns, first and last rows in the window; `near` the near rim's points [m].
+    `outline` is columns, first and last rows in the window. Width and length are the extents
+    across and along the line of sight, of the mouth of a pit or of the lip of a drop.
     """
     view, ground = scene.view, scene.ground
     u, top, bottom = outline
@@ -317,12 +323,17 @@ def _measure(
     bearings = np.arctan2(near[1], near[0])
     left, right = float(bearings.max()), float(bearings.min())
     pixel = 1.0 / view.projection.fx
-    across = (left - right + pixel) * median(reach)
-    length = quantile(span, 0.75) if pit else math.nan
+    bearing = 0.5 * (left + right)
+    rim = np.concatenate([near, far], axis=1) if pit else near
+    across = _extent(rim[1] * math.cos(bearing) - rim[0] * math.sin(bearing)) + pixel * distance
+    length = _extent(rim[0] * math.cos(bearing) + rim[1] * math.sin(bearing)) if pit else math.nan
     depth, shown = _depth(region, ground, pit=pit)
     if depth <= 0.0:
         return None
-    if pit and not _steep(region, scene, u, reach, reach + span, depth):
+    if pit and (
+        depth < _SHALLOW * length
+        or not _steep(region, scene, u, reach, np.hypot(far[0], far[1]), depth)
+    ):
         return None  # ground that only undulates
     visible = ground.height * max(length, 0.0) / max(distance, 1e-6) if pit else math.inf
     if depth > _IMPOSSIBLE * visible:
@@ -333,19 +344,19 @@ def _measure(
         x=float(near[0, first]),
         y=float(near[1, first]),
         distance=distance,
-        bearing=0.5 * (left + right),
+        bearing=bearing,
         width=across,
         length=length,
         depth=depth,
         depth_is_lower_bound=(pit and depth > _VISIBLE * visible) or not pit,
         kind="pit" if pit else "drop",
-        sigma_distance=math.hypot(2 * step, distance * ground.noise / level / 4),
-        sigma_width=math.hypot(3 * pixel * distance, _RIM * across),
-        sigma_length=math.hypot(3 * step, _RIM * length) if pit else math.nan,
+        sigma_distance=math.hypot(5 * step, distance * ground.noise / level / 4),
+        sigma_width=math.hypot(3 * pixel * distance, _VAGUE * across),
+        sigma_length=math.hypot(3 * step, _VAGUE * length) if pit else math.nan,
         sigma_depth=math.hypot(
             (ground.height + depth) * ground.noise / level / math.sqrt(max(shown / 25, 1)),
             distance * ground.sigma_pitch,
-            _RIM * depth,  # where exactly the rim and the bottom are is a matter of definition
+            _VAGUE * depth,  # where exactly the rim and the bottom are is a matter of definition
         ),
         confidence=1 - math.exp(-shown / (4 * _LEAST_PIXELS)),
         box=(
@@ -356,6 +367,11 @@ def _measure(
         ),
         pixels=int(np.count_nonzero(region.mask)),
     )
+
+
+def _extent(values: Float64) -> float:
+    """Return how far values reach, but for the outermost hundredth at either end."""
+    return quantile(values, 0.99) - quantile(values, 0.01)
 
 
 def _steep(

@@ -17,6 +17,9 @@ _EXPLAINED = 0.7  # share of the variance of height that range must explain on a
 _LONG = 1.5  # farthest over nearest range of what lies along the way
 _EXPLAINED_LONG = 0.25  # the same share where range itself is noisy
 _STEP = 0.15  # what rises over a longer way is sloping ground [m]
+_LEANS = 1.6  # sigmas of noise from the nearest tenth to the median of an upright face, at most
+_EDGE = 1.0  # 1-sigma of where a side is [px]
+_BLURRED = 0.04  # 1-sigma of a width, share of it: feet and tapers that the floor's noise hides
 _BLOCK = 25.0  # neighbouring pixels of a matcher that err together
 
 
@@ -53,6 +56,7 @@ class View:
 class Extent:
     """The size and place of one thing; see `messages.Obstacle` for the meaning.
 
+    `lowest` is the lowest part that is seen, `bottom` where the thing is taken to begin;
     `fill` is the share of its outline (width times height) that its pixels cover; `width` is 0
     for what is no wider than the matcher's window alone makes it; `front` is how high it has risen
     a step behind its nearest point; `climbs` tells ground that rises evenly with the range.
@@ -65,6 +69,7 @@ class Extent:
     width: float
     top: float
     bottom: float
+    lowest: float
     fill: float
     front: float
     climbs: bool
@@ -85,6 +90,7 @@ def measure(
     noise: float,
     bias: float,
     fattening: float,
+    fringe: float,
 ) -> Extent:
     """Measure one thing from its pixels.
 
@@ -103,8 +109,8 @@ def measure(
         1-sigma of a pixel's disparity [px], independent between patches.
     bias : float
         1-sigma of the error that all its pixels share [px].
-    fattening : float
-        How far the matcher carried the thing past its edges [px].
+    fattening, fringe : float
+        How far the matcher carried the thing past its top, and past its sides [px].
 
     Returns
     -------
@@ -116,19 +122,20 @@ def measure(
     reach = np.sqrt(x * x + y * y)
     pixel = 1.0 / view.projection.fx
     left, right = _ends(bearing, stride * pixel, share=_SIDE)
-    edge = fattening * pixel
+    edge = fringe * pixel
     narrow = right - left <= 2 * edge + pixel
     if not narrow:
         left, right = left + edge, right - edge
     centre = 0.5 * (left + right)
-    ranges, bearings, counts = _near_face(bearing, reach, left, right, pixel)
+    blur = noise / (view.projection.fx * view.projection.baseline)
+    ranges, bearings, counts = _near_face(bearing, reach, left, right, pixel, blur)
     nearest = int(np.argmin(ranges))
     distance = float(ranges[nearest])
     d_near = float(view.projection.fx * view.projection.baseline / max(distance, 1e-6))
     spread = math.sqrt(noise**2 * _BLOCK / max(weight * counts[nearest], _BLOCK) + bias**2)
     sigma_distance = distance * spread / d_near
     width = 0.0 if narrow else _chord(ranges, left, right)
-    edge = math.hypot(0.7, 0.5 * fattening) * pixel
+    edge = math.hypot(_EDGE, 0.5 * fringe) * pixel
     row = median(reach) * pixel
     low, high = _ends(z, stride * row, share=_TOP)
     high = max(high - fattening * row, low + row)
@@ -142,12 +149,15 @@ def measure(
         width=width,
         top=high,
         bottom=low,
+        lowest=low,
         fill=weight * pixel**2 * float(reach @ reach) / max(width * (high - low), 1e-6),
         front=quantile(front, 0.9) if len(front) else low,
         climbs=_climbs(reach, z),
         sigma_distance=sigma_distance,
         sigma_bearing=edge / math.sqrt(2),
-        sigma_width=math.hypot(math.sqrt(2) * edge * distance, width * spread / d_near),
+        sigma_width=math.hypot(
+            math.sqrt(2) * edge * distance, width * spread / d_near, _BLURRED * width
+        ),
         # a visible top face is as thick as its noise, and ends higher for it
         sigma_top=math.hypot(
             edge * distance, drop * spread / d_near, fattening * row, 2 * drop * noise / d_near
@@ -164,13 +174,20 @@ def _ends(values: Float64, step: float, *, share: float) -> tuple[float, float]:
     start = float(values.min()) - 1.5 * step
     bins = ((values - start) * (1 / step)).astype(np.int64)
     counts = np.bincount(bins, minlength=int(bins.max()) + 2).astype(np.float64)
-    typical = median(counts[counts > 0])
+    typical = _typical(counts)
     threshold = max(share * typical, 0.5)
     first, last = _main_run(counts, threshold)
     # the edge bin is partly covered: its share of the typical count is the covered part
     low = start + (first + 1 - min(1.0, counts[first] / typical)) * step
     high = start + (last + min(1.0, counts[last] / typical)) * step
     return low, high
+
+
+def _typical(counts: Float64) -> float:
+    """Return the count of the bin in which the median pixel lies: sparse bins have no say."""
+    ordered = np.sort(counts)
+    total = np.cumsum(ordered)
+    return float(ordered[np.searchsorted(total, 0.5 * total[-1])])
 
 
 def _climbs(reach: Float64, z: Float64) -> bool:
@@ -198,9 +215,14 @@ def _main_run(counts: Float64, threshold: float) -> tuple[int, int]:
 
 
 def _near_face(
-    bearing: Float64, reach: Float64, left: float, right: float, pixel: float
+    bearing: Float64, reach: Float64, left: float, right: float, pixel: float, blur: float
 ) -> tuple[Float64, Float64, Float64]:
-    """Return the range [m] of the thing in up to 13 directions, the directions and pixel counts."""
+    """Return the range [m] of the thing in up to 13 directions, the directions and pixel counts.
+
+    Of an upright face that is the median range of its pixels, of one that leans back the range of
+    its foot: no more than noise allows beyond the nearest tenth. `blur` is the 1-sigma of 1 / range
+    [1/m] that noise makes.
+    """
     columns = max(1.0, (right - left) / pixel)
     groups = int(np.clip(columns // 4, 1, 13))
     position = (bearing - left) / max(right - left, 1e-9) * groups
@@ -209,7 +231,9 @@ def _near_face(
     ends = np.cumsum(counts)
     middle = ends - (counts + 1) // 2
     used = counts > 0.25 * median(counts)
-    ranges = sorted_by_group(reach, group)[middle[used]]
+    ordered = sorted_by_group(reach, group)
+    near = ordered[(ends - counts + counts // 10)[used]]
+    ranges = np.minimum(ordered[middle[used]], near + _LEANS * blur * near * near)
     directions = left + (np.flatnonzero(used) + 0.5) * (right - left) / groups
     if len(ranges) >= 3:
         inner = 0.25 * ranges[:-2] + 0.5 * ranges[1:-1] + 0.25 * ranges[2:]

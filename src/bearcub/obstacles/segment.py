@@ -1,6 +1,6 @@
 """From pixels that stand above the floor to separate things, in the column histogram."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -13,6 +13,7 @@ from bearcub.obstacles.histograms import Levels, column_histogram
 from bearcub.obstacles.sorting import Sorter, Sorting
 
 Index = NDArray[np.int64]
+Trim = Callable[[Bool, Sorting], Bool]
 
 _MANY = 2500  # sampled pixels that tell as much as all
 _SAMPLE = 4000  # pixels that tell all there is to tell of a large thing
@@ -66,7 +67,7 @@ class Segments:
     nearest_level: float
     farthest_level: float
 
-    def members(self, sorter: Sorter, *, least: int) -> Iterator[Member]:
+    def members(self, sorter: Sorter, *, least: int, trim: Trim | None = None) -> Iterator[Member]:
         """Yield the pixels of each: all of a small thing's, a sample of a large one's.
 
         Parameters
@@ -75,6 +76,8 @@ class Segments:
             Of the same frame.
         least : int
             Smallest thing of interest [px].
+        trim : callable, optional
+            Takes a window's mask and its sorting, returns the mask without a matcher's fringe.
         """
         index = np.flatnonzero(self.labels)
         number = self.labels.ravel()[index]
@@ -86,11 +89,13 @@ class Segments:
             if count * self.step**2 < least:
                 continue
             few = count < _MANY
-            thin = 1 if few else max(1, count // _SAMPLE) | 1  # odd, or it would walk along columns
+            thin = 1 if few else _thinned(count)
             v, u = np.divmod(index[order[ends[k - 1] : ends[k] : thin]], width)
-            if few and self.step > 1:
-                u, v = self._all_of(k, u, v, sorter)
-                yield Member(number=k, u=u, v=v, stride=1, pixels=len(u))
+            if trim is not None or (few and self.step > 1):
+                u, v = self._all_of(k, u, v, sorter, trim)
+                if len(u):
+                    thin = _thinned(len(u))
+                    yield Member(number=k, u=u[::thin], v=v[::thin], stride=1, pixels=len(u))
             else:
                 s = self.step
                 yield Member(number=k, u=s * u, v=s * v, stride=s, pixels=count * s**2)
@@ -112,13 +117,17 @@ class Segments:
         found: Bool = part.standing & near & far
         return found
 
-    def _all_of(self, k: int, u: Index, v: Index, sorter: Sorter) -> tuple[Index, Index]:
+    def _all_of(
+        self, k: int, u: Index, v: Index, sorter: Sorter, trim: Trim | None
+    ) -> tuple[Index, Index]:
         """Return the columns and rows of every pixel of a thing that was sampled at (u, v)."""
         top, left, bottom, right = int(v.min()), int(u.min()), int(v.max()) + 1, int(u.max()) + 1
         s = self.step
         part = sorter.part(slice(s * top, s * bottom), slice(s * left, s * right))
         own = self.labels[top:bottom, left:right] == k
-        window = self.enlarged(own.astype(np.uint16), part)
+        window = self.enlarged(own.astype(np.uint16), part) > 0
+        if trim is not None:
+            window = trim(window, part)
         v, u = np.divmod(np.flatnonzero(window), window.shape[1])
         return u + s * left, v + s * top
 
@@ -132,6 +141,7 @@ def segment(
     lean: float,
     least_height: float,
     low_height: float,
+    clearance: float,
     least_pixels: int,
     nearest_level: float,
     farthest_level: float,
@@ -160,6 +170,8 @@ def segment(
         counted along it, so that the histogram is exact in roll.
     least_height, low_height : float
         Lowest thing of interest, and lowest that is not "low" [m].
+    clearance : float
+        What hangs higher does not block the way [m].
     least_pixels : int
         Smallest thing of interest [px].
     nearest_level, farthest_level : float
@@ -189,7 +201,9 @@ def segment(
     cell = scale.of_many(d)
     cell *= wide
     cell += column
-    tall = d * np.float32(1 - low_height / camera_height) > sorting.floor.ravel().take(index)
+    here = sorting.floor.ravel().take(index)
+    tall = d * np.float32(1 - low_height / camera_height) > here
+    overhead = d * np.float32(1 - clearance / camera_height) > here
     peaks = _PeakFinder(
         scale=scale,
         least_rows=np.maximum(3.0, 0.5 * least_height * scale.centres() / projection.baseline)
@@ -197,14 +211,15 @@ def segment(
         width=wide,
         gap=(gap_columns + 1) // step,
     )
-    components, things = peaks.components(cell[tall])
+    components, things = peaks.components(cell[tall & ~overhead])
     number = cv2.dilate(components, _FOOT[step]).ravel().take(cell)
-    loose = np.flatnonzero(number == 0)
-    if len(loose) * step**2 >= least_pixels:
-        others, more = peaks.components(cell[loose])
-        found = others.ravel().take(cell[loose])
-        number[loose] = np.where(found > 0, found + np.uint16(things), 0)
-        things += more
+    for rest in (~overhead, overhead):
+        loose = np.flatnonzero((number == 0) & rest)
+        if len(loose) * step**2 >= least_pixels:
+            others, more = peaks.components(cell[loose])
+            found = others.ravel().take(cell[loose])
+            number[loose] = np.where(found > 0, found + np.uint16(things), 0)
+            things += more
     labels = empty.labels
     labels.ravel()[index] = number
     return Segments(
@@ -214,6 +229,11 @@ def segment(
         nearest_level=nearest_level,
         farthest_level=farthest_level,
     )
+
+
+def _thinned(count: int) -> int:
+    """Return the step that leaves a sample; odd, or it would walk along columns."""
+    return max(1, count // _SAMPLE) | 1
 
 
 def _upright_columns(

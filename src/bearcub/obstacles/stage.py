@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -36,6 +37,10 @@ from bearcub.obstacles.verify import Witness, confirmed
 from bearcub.rig.model import Mount
 from bearcub.robust import median
 
+_SURE = 1.3  # standard errors by which the images must speak for a thing
+_PIECE = 0.5  # most of a thing's width that a piece of it has
+_AHEAD = (0.4, 0.12)  # how far before or behind it a piece may lie [m], share of the distance
+_WITNESSED = 2 / 3  # of the sigmas will do where the images can be asked
 _RISEN = 0.6  # share of its height that a low thing reaches at its front
 _SMALL = 400  # pixels of a thing that may be mixed ones
 _BESIDE = 8  # columns or rows to a nearer thing's edge [px]
@@ -122,10 +127,11 @@ class ObstacleStage:
         d = disparity.disparity
         view = self.view(ground)
         farthest_level = self.projection.fx * self.projection.baseline / self.farthest
+        witness = Witness.of(disparity)
         sorter = Sorter.of(
             d,
             ground,
-            sigmas=self.sigmas,
+            sigmas=self.sigmas if witness is None else _WITNESSED * self.sigmas,
             unevenness=self.unevenness,
             farthest_level=farthest_level,
         )
@@ -139,11 +145,11 @@ class ObstacleStage:
             lean=math.tan(ground.roll),
             least_height=self.least_height,
             low_height=min(self.low_height, 0.5 * ground.height),
+            clearance=self.clearance,
             least_pixels=self.least_pixels,
             nearest_level=min(disparity.largest, 0.5 * d.shape[1]),
             farthest_level=farthest_level,
         )
-        witness = Witness.of(disparity)
         obstacles, identities = self._obstacles(disparity, sorter, segments, view, ground, witness)
         holes, regions = find_holes(
             sorter,
@@ -200,22 +206,54 @@ class ObstacleStage:
         The second value is the number of the obstacle that each segment is, 0 for none.
         """
         d = disparity.disparity
-        found = []
-        for member in segments.members(sorter, least=self.least_pixels):
-            extent = self._extent(member, disparity, segments, sorter, view, ground)
-            if extent is not None and (
-                member.pixels > _LARGE
-                or confirmed(witness, sorter, member.u, member.v, offset=disparity.offset)
+        found: list[tuple[Extent, Member]] = []
+        rising: list[Extent] = []
+        trim = None if witness is None else partial(witness.trimmed, offset=disparity.offset)
+        for member in segments.members(sorter, least=self.least_pixels, trim=trim):
+            extent, counts = self._extent(
+                member, disparity, segments, sorter, view, ground, witnessed=witness is not None
+            )
+            if extent is not None and extent.climbs:
+                rising.append(extent)
+            if (
+                extent is not None
+                and counts
+                and (
+                    member.pixels > _LARGE
+                    or confirmed(
+                        witness, sorter, member.u, member.v, offset=disparity.offset, sure=_SURE
+                    )
+                )
             ):
                 found.append((extent, member))
-        found.sort(key=lambda item: item[0].distance)
+        whole = self._with_feet([f for f in found if not any(_beyond(f[0], r) for r in rising)])
         identities = np.zeros(segments.count + 1, dtype=np.int32)
-        identities[[member.number for _, member in found]] = np.arange(1, len(found) + 1)
-        obstacles = tuple(
-            self._obstacle(identity, extent, member, d.shape)
-            for identity, (extent, member) in enumerate(found, start=1)
-        )
-        return obstacles, identities
+        obstacles = []
+        for identity, (extent, member, feet) in enumerate(whole, start=1):
+            identities[[member.number, *feet]] = identity
+            obstacles.append(self._obstacle(identity, extent, member, d.shape))
+        return tuple(obstacles), identities
+
+    def _with_feet(
+        self, found: list[tuple[Extent, Member]]
+    ) -> list[tuple[Extent, Member, list[int]]]:
+        """Give low pieces to the larger thing that they are the foot or the ledge of.
+
+        The foot of a bank, or what the tolerance leaves of a kerb's, is grouped apart: it lies at
+        other levels. Returned nearest first, with the numbers of the pieces.
+        """
+        found = sorted(found, key=lambda item: -item[0].width)
+        kept: list[tuple[Extent, Member, list[int]]] = []
+        for extent, member in found:
+            owner = next((k for k, (e, _, _) in enumerate(kept) if self._belongs(extent, e)), None)
+            if owner is None:
+                kept.append((extent, member, []))
+                continue
+            whole, main, feet = kept[owner]
+            if extent.distance < whole.distance:
+                whole = replace(whole, distance=extent.distance, x=extent.x, y=extent.y)
+            kept[owner] = (whole, main, [*feet, member.number])
+        return sorted(kept, key=lambda item: item[0].distance)
 
     def _extent(
         self,
@@ -225,13 +263,15 @@ class ObstacleStage:
         sorter: Sorter,
         view: View,
         ground: Ground,
-    ) -> Extent | None:
-        """Measure one segment; None when it is no thing that counts."""
+        *,
+        witnessed: bool,
+    ) -> tuple[Extent | None, bool]:
+        """Measure one segment, if it is large enough, and tell whether it counts as a thing."""
         d, u, v = disparity.disparity, member.u, member.v
         if member.pixels < self.least_pixels:
-            return None
+            return None, False
         if member.pixels < _SMALL and _mixed(d, segments, member):
-            return None
+            return None, False
         extent = measure(
             view,
             (u + 0.5 * (member.stride - 1)).astype(np.float64),
@@ -242,18 +282,31 @@ class ObstacleStage:
             noise=ground.noise,
             bias=self.bias,
             fattening=disparity.fattening,
+            fringe=0.0 if witnessed else disparity.fattening,
         )
         hidden = ground.height * median(sorter.tolerance_at(u, v) / d[v, u])
         if self._hangs(extent, hidden) and _hidden_below(d, segments, member):
             extent = replace(extent, bottom=0.0)  # its foot is out of sight
-        if not self._counts(extent, hidden, member.pixels):
-            return None
-        return extent if self._hangs(extent, hidden) else replace(extent, bottom=0.0)
+        counts = self._counts(extent, hidden, member.pixels, witnessed=witnessed)
+        return extent if self._hangs(extent, hidden) else replace(extent, bottom=0.0), counts
 
-    def _counts(self, extent: Extent, hidden: float, pixels: int) -> bool:
+    def _belongs(self, piece: Extent, whole: Extent) -> bool:
+        """Tell whether a low piece lies along a thing several times as wide."""
+        aside = abs(piece.bearing - whole.bearing) * whole.distance
+        apart = abs(piece.distance - whole.distance)
+        ledge = whole.top < 2 * self.low_height and piece.top < 1.2 * whole.top
+        return (
+            (piece.top < self.low_height or ledge)
+            and piece.width < _PIECE * whole.width
+            and aside < 0.5 * whole.width
+            and apart < max(_AHEAD[0], _AHEAD[1] * whole.distance)
+        )
+
+    def _counts(self, extent: Extent, hidden: float, pixels: int, *, witnessed: bool) -> bool:
         """Tell a thing from stray matches: they fill little of their outline or hang in the sky."""
         # a matcher's window alone makes a thing as wide as itself; a blade of grass has no area
-        small = extent.width <= 0.0 or extent.width * extent.top < self.least_area
+        least = self.least_area if witnessed else 2 * self.least_area
+        small = extent.width <= 0.0 or extent.width * extent.top < least
         low = extent.top < self.least_height
         if small or low or extent.climbs or extent.distance > self.farthest:
             return False
@@ -306,6 +359,16 @@ class ObstacleStage:
                 ),
             ),
         )
+
+
+def _beyond(extent: Extent, ramp: Extent) -> bool:
+    """Tell what hangs in the air behind the foot of a long ramp: the rest of the ramp."""
+    aside = abs(extent.bearing - ramp.bearing) * extent.distance
+    return (
+        extent.lowest > ramp.top / 2
+        and extent.distance > ramp.distance
+        and aside < 0.5 * (extent.width + ramp.width)
+    )
 
 
 def _mixed(d: Float32, segments: Segments, member: Member) -> bool:

@@ -45,7 +45,7 @@ def lie_of_the_land(
     """
     reference = "robot" if gravity is None else "gravity"
     nan = math.nan
-    if not ground.seen or len(ground.knots) < _LEAST_KNOTS:
+    if not ground.seen or np.count_nonzero(ground.knots > ground.followed_to) < _LEAST_KNOTS:
         return Terrain(slope=nan, cross_slope=nan, sigma=nan, roughness=nan, reference=reference)
     turn = np.eye(3) if gravity is None else _level_from_base(view, ground, gravity)
     x, z, sigma_z = _profile_ahead(view, ground, turn)
@@ -85,12 +85,13 @@ def _level_from_base(view: View, ground: Ground, gravity: Float64) -> Float64:
 
 def _profile_ahead(view: View, ground: Ground, turn: Float64) -> tuple[Float64, Float64, Float64]:
     """Return the floor's profile straight ahead: x, z in the level frame and 1-sigma of z [m]."""
-    level, bend = ground.knots[::-1], ground.bend[::-1]
+    followed = ground.knots > ground.followed_to
+    level, bend = ground.knots[followed][::-1], ground.bend[followed][::-1]
     p = view.projection
     a, b, c = ground.plane
     u = np.full_like(level, p.cx)
     points = view.points(u, (level - a * u - c) / b, level + bend).T
-    sigma = ground.height * ground.knot_noise[::-1] / level / math.sqrt(_INDEPENDENT)
+    sigma = ground.height * ground.knot_noise[followed][::-1] / level / math.sqrt(_INDEPENDENT)
     points = (points - view.origin) @ turn.T + view.origin
     ahead = np.maximum.accumulate(points[:, 0])  # noise may not turn the profile back
     return ahead, points[:, 2], sigma

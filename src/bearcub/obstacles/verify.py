@@ -6,18 +6,25 @@ right ones at the claimed disparity, and at the floor's. What the floor explains
 no obstacle and no hole.
 """
 
+import math
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from bearcub.messages import DisparityMap, Float32, UInt8
-from bearcub.obstacles.sorting import Sorter
+from bearcub.messages import Bool, DisparityMap, Float32, UInt8
+from bearcub.obstacles.sorting import Sorter, Sorting
 
 _WINDOW = (11, 11)  # the brightness of a neighbourhood is no evidence: the cameras may differ in it
+_NARROW = (3, 9)  # window at a thing's side: its columns decide where the side is
+_FRINGE = 0.5  # share of a narrow window's texture on which the images may disagree
+_WIDEST_FRINGE = 10  # [px]
+_EDGE = 2  # how far inwards the larger gradient of a silhouette is looked for [px]
+_GROWS = 1.5  # how many times larger
 _SAMPLES = 1500
-_BETTER = 0.7  # share of the floor's disagreement that a claim may leave
+_PATCH = 9.0  # neighbouring pixels that witness together
+_LARGEST = 40.0  # difference that says all there is to say [grey levels]
 
 Index = NDArray[np.int64]
 
@@ -36,7 +43,55 @@ class Witness:
             return None
         return cls(left=disparity.left, right=disparity.right)
 
-    def supports(self, u: Index, v: Index, claimed: Float32, floor: Float32) -> bool:
+    def trimmed(self, mask: Bool, part: Sorting, *, offset: float) -> Bool:
+        """Return a thing's pixels without the fringe that a matcher carries past its sides.
+
+        From both sides inwards, pixels are dropped until the images agree at the thing's
+        disparity in a narrow window, as they do at its silhouette, however plain it is, and not
+        in the background beside it; and until the gradient, largest at the silhouette, does not
+        grow further inwards. With ``g`` the horizontal gradient, the images agree where
+        ``sum (g_left - g_right)^2`` is less than a share of ``sum (g_left^2 + g_right^2)``.
+
+        Parameters
+        ----------
+        mask : ndarray of bool, shape (H, W)
+            Pixels of the thing in a window of the image.
+        part : Sorting
+            Of that window.
+        offset : float
+            In the disparities, not in the images [px].
+        """
+        outside_left, outside_right = self._beside(mask, part, offset)
+        kept = mask.copy()
+        for _ in range(_WIDEST_FRINGE):
+            left, right = kept & outside_left, kept & outside_right
+            left[:, 1:] &= ~kept[:, :-1]
+            right[:, :-1] &= ~kept[:, 1:]
+            kept &= ~(left | right)
+        return kept
+
+    def _beside(self, mask: Bool, part: Sorting, offset: float) -> tuple[Bool, Bool]:
+        """Return which pixels cannot be a thing's leftmost and rightmost in their row."""
+        rows = slice(int(part.v[0]), int(part.v[-1]) + 1)
+        columns = slice(int(part.u[0]), int(part.u[-1]) + 1)
+        claimed = np.where(mask, part.disparity - np.float32(offset), np.float32(0))
+        at = np.broadcast_to(part.u.astype(np.float32), claimed.shape) - claimed
+        row = np.broadcast_to((part.v - part.v[0]).astype(np.float32)[:, None], claimed.shape)
+        here = _gradient(self.left[rows, columns].astype(np.float32))
+        right = np.ascontiguousarray(self.right[rows], dtype=np.float32)
+        there = _gradient(np.asarray(cv2.remap(right, at, row, cv2.INTER_LINEAR), dtype=np.float32))
+        balance = (here - there) ** 2 - _FRINGE * (here * here + there * there)
+        disagreed = cv2.boxFilter(balance, -1, _NARROW, normalize=False) >= 0
+        edge = cv2.blur(np.abs(here), (1, _NARROW[1]))
+        left_bad, right_bad = disagreed.copy(), disagreed
+        for k in range(1, min(_EDGE, mask.shape[1] - 1) + 1):
+            left_bad[:, :-k] |= edge[:, k:] > _GROWS * edge[:, :-k]
+            right_bad[:, k:] |= edge[:, :-k] > _GROWS * edge[:, k:]
+        return left_bad, right_bad
+
+    def supports(
+        self, u: Index, v: Index, claimed: Float32, floor: Float32, *, sure: float
+    ) -> bool:
         """Tell whether the images speak for the claimed disparities against the floor's.
 
         Parameters
@@ -45,6 +100,8 @@ class Witness:
             Columns and rows of the pixels.
         claimed, floor : ndarray of float32, shape (N,)
             Raw disparities (without the rig's `doffs`) [px]; NaN in `claimed` is left out.
+        sure : float
+            Standard errors by which the claim must explain the images better than the floor.
         """
         known = np.isfinite(claimed)
         u, v, claimed, floor = u[known], v[known], claimed[known], floor[known]
@@ -55,13 +112,15 @@ class Witness:
         rows = slice(first, int(v.max()) + margin + 1)
         right = _flattened(self.right[rows])
         here = _flattened(self.left[rows])[v - first, u]
-        off = np.abs(here - _between(right, u - claimed, v - first)).mean()
-        on = np.abs(here - _between(right, u - floor, v - first)).mean()
-        return bool(off < _BETTER * on)
+        off = _squared(here - _between(right, u - claimed, v - first))
+        on = _squared(here - _between(right, u - floor, v - first))
+        gain = on - off
+        independent = len(u) / _PATCH
+        return bool(gain.mean() * math.sqrt(independent) > sure * gain.std())
 
 
 def confirmed(
-    witness: Witness | None, sorter: Sorter, u: Index, v: Index, *, offset: float
+    witness: Witness | None, sorter: Sorter, u: Index, v: Index, *, offset: float, sure: float
 ) -> bool:
     """Ask the images whether pixels' disparities explain them better than the floor's.
 
@@ -75,6 +134,8 @@ def confirmed(
         Columns and rows.
     offset : float
         In the disparities, not in the images [px].
+    sure : float
+        Standard errors by which they must.
     """
     if witness is None:
         return True
@@ -82,7 +143,12 @@ def confirmed(
     u, v = u[::step], v[::step]
     shift = np.float32(offset)
     floor = np.maximum(sorter.surface.at(u, v), 0)
-    return witness.supports(u, v, sorter.disparity[v, u] - shift, floor - shift)
+    return witness.supports(u, v, sorter.disparity[v, u] - shift, floor - shift, sure=sure)
+
+
+def _squared(difference: Float32) -> Float32:
+    limited: Float32 = np.minimum(np.abs(difference), np.float32(_LARGEST))
+    return limited * limited
 
 
 def _between(image: Float32, u: Float32, v: Index) -> Float32:
@@ -92,6 +158,10 @@ def _between(image: Float32, u: Float32, v: Index) -> Float32:
     part = (u - whole).astype(np.float32)
     value: Float32 = (1 - part) * image[v, whole] + part * image[v, whole + 1]
     return value
+
+
+def _gradient(image: Float32) -> Float32:
+    return np.asarray(cv2.Sobel(image, cv2.CV_32F, 1, 0, ksize=1), dtype=np.float32)
 
 
 def _flattened(image: UInt8) -> Float32:
