@@ -7,6 +7,8 @@ import json
 import re
 import shlex
 import shutil
+import tomllib
+from collections.abc import Iterator
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +19,10 @@ import pytest
 
 import bearcub.sample
 from bearcub import Pipeline, Rig
-from bearcub.cli.main import main
+from bearcub.cli.main import COMMANDS, build_parser, main
+from bearcub.clock import MonotonicClock
+from bearcub.emulators import PtyHost
+from bearcub.emulators.kinds import KINDS
 from bearcub.messages import Answer, Hole
 from bearcub.stereo import write_disparity
 
@@ -62,12 +67,29 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "calib.txt").write_text(
         "P0: 386 0 319.5 0 0 386 239.5 0 0 0 1 0\nP1: 386 0 319.5 -46.32 0 386 239.5 0 0 0 1 0\n"
     )
+    (tmp_path / "robot.toml").write_text(blocks(ROOT / "README.md", "toml")[1])
     (tmp_path / "mine.toml").write_text("[matching]\nuniqueness = 12\n")
     u, v = np.arange(640), np.arange(480)[:, np.newaxis]
     floor = np.maximum(0.1 * v - 20 + 0 * u, 0).astype(np.float32)  # the paper's: row = 200 + 10 d
     write_disparity(tmp_path / "depth.pgm", floor, encoding="pointgrey16")
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture
+def scene(folder: Path) -> None:
+    """What ``bearcub simulate`` saves, as far as it is read again."""
+    shutil.copytree(folder / "drive", folder / "scene")
+    shutil.copy(folder / "rig.toml", folder / "scene")
+    (folder / "scene" / "tilt.csv").write_text("pitch_deg,roll_deg\n0,12\n,\n")
+
+
+@pytest.fixture
+def tilt_sensor(folder: Path) -> Iterator[None]:
+    """What robot.toml says is plugged in."""
+    device = KINDS["cxtilt"].emulator()
+    with PtyHost(device, clock=MonotonicClock(), link=folder / "tilt"):
+        yield
 
 
 @pytest.fixture
@@ -96,14 +118,41 @@ def test_python_examples_run(page: Path) -> None:
 
 @pytest.mark.usefixtures("folder")
 @pytest.mark.parametrize("command", commands())
-def test_commands_run(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    words, _, _ = command.partition(" > ")
-    assert main(shlex.split(words)[1:]) == 0
-    assert capsys.readouterr().out
+def test_commands_run(
+    command: str, capsys: pytest.CaptureFixture[str], request: pytest.FixtureRequest
+) -> None:
+    words = shlex.split(command.partition(" > ")[0])[1:]
+    if words[0] == "simulate" and "--list" not in words:
+        request.getfixturevalue("opengl")
+    if "scene/left" in words:
+        request.getfixturevalue("scene")
+    if words[0] == "doctor":
+        request.getfixturevalue("tilt_sensor")
+        words += ["--no-bench"]  # which has its own test
+    if words[0] == "emulate":
+        words += ["--seconds", "0.1"]  # a reader ends it with Ctrl-C
+    code, out = main(words), capsys.readouterr().out
+    # the doctor looks at real time, in which a busy computer may keep a device waiting
+    assert code == 0 or (words[0] == "doctor" and code == 1 and "tilt (tilt), cxtilt: " in out)
+    assert out
+
+
+def test_the_readme_names_every_command() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert [name for name in COMMANDS if f"bearcub {name}" not in readme] == []
+
+
+def test_every_option_in_the_examples_of_evaluate_exists() -> None:
+    """They take minutes, so they are only read."""
+    lines = [line for block in blocks(ROOT / "README.md", "sh") for line in block.splitlines()]
+    shown = [shlex.split(line)[1:] for line in lines if line.startswith("bearcub evaluate")]
+    assert {words[1] for words in shown} == {"sim", "folder", "drive", "real"}
+    for words in shown:
+        build_parser(words).parse_args(words)
 
 
 def test_the_readme_shows_the_rig_of_the_sample(tmp_path: Path) -> None:
-    (text,) = blocks(ROOT / "README.md", "toml")
+    text, _ = blocks(ROOT / "README.md", "toml")
     (tmp_path / "rig.toml").write_text(text)
     assert Rig.load(tmp_path / "rig.toml") == Rig.load(bearcub.sample.load().rig)
 
@@ -136,6 +185,16 @@ def test_the_readme_names_the_commands_that_do_everything() -> None:
     assert "pip install . && bearcub detect\n" in shell
     assert "pip install '.[dev]' && pytest\n" in shell
     assert "pip install '.[dev]' && pytest" in (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+
+
+def test_the_conventions_show_the_layers_that_are_enforced() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    layers = project["tool"]["importlinter"]["contracts"][0]["layers"]
+    page = (ROOT / "docs" / "conventions.md").read_text(encoding="utf-8")
+    (shown,) = re.findall(r"^```\n(cli > .*?)```", page, re.MULTILINE | re.DOTALL)
+    assert " ".join(shown.split()).split(" > ") == layers
+    for name in re.findall(r"\w+", shown):
+        assert re.search(rf"^\|[^|]*`{name}`", page, re.MULTILINE), name
 
 
 def test_the_picture_of_the_readme_is_the_annotated_sample() -> None:

@@ -9,15 +9,14 @@ import calendar
 import json
 import math
 import re
+from functools import cache
+from importlib import import_module
 from typing import Any
-
-from pynmeagps import NMEAReader
-from pynmeagps.exceptions import NMEAMessageError, NMEAParseError, NMEAStreamError, NMEATypeError
 
 from bearcub.devices import nmea
 from bearcub.devices.driver import Ask, Conversation, Listening, Measured
 from bearcub.devices.framing import Cut, Framer
-from bearcub.errors import DeviceTimeout, FormatError
+from bearcub.errors import DeviceError, DeviceTimeout, FormatError
 from bearcub.messages import Fix, FixQuality
 
 _KNOT = 1852 / 3600  # m/s
@@ -64,9 +63,15 @@ class NmeaGps(Listening):
     ----------
     latency : float
         From the moment a fix is for until its last byte arrives [s], as the receiver states it.
+
+    Raises
+    ------
+    DeviceError
+        If pynmeagps is missing, with the command that installs it.
     """
 
     def __init__(self, *, latency: float = 0.0) -> None:
+        _pynmeagps()
         self.parser = nmea.lines()
         self._latency = latency
         self._closing = "GGA"
@@ -96,10 +101,28 @@ class NmeaGps(Listening):
         return Measured(_fix(self._found), self._latency) if kind == self._closing else None
 
 
-def _parse(telegram: str) -> Any:
+@cache
+def _pynmeagps() -> Any:
+    """Return the module, of the extra ``devices``: only a GPS that speaks NMEA needs it."""
     try:
-        sentence = NMEAReader.parse(nmea.encode(telegram))
-    except (NMEAParseError, NMEAMessageError, NMEAStreamError, NMEATypeError) as error:
+        return import_module("pynmeagps")
+    except ModuleNotFoundError:
+        raise DeviceError(
+            "a GPS on a line needs pynmeagps; run: pip install 'bearcub[devices]'"
+        ) from None
+
+
+def _parse(telegram: str) -> Any:
+    library = _pynmeagps()
+    wrong = (
+        library.NMEAParseError,
+        library.NMEAMessageError,
+        library.NMEAStreamError,
+        library.NMEATypeError,
+    )
+    try:
+        sentence = library.NMEAReader.parse(nmea.encode(telegram))
+    except wrong as error:
         raise FormatError(f"GPS: ${telegram}: {error}") from error
     if sentence is None or not hasattr(sentence, _LAST_FIELD[telegram[2:5]]):
         raise FormatError(f"GPS: ${telegram}: has too few fields")

@@ -100,9 +100,14 @@ def software() -> list[Software]:
         _module("OAK cameras", "depthai", "pip install depthai"),
         _module("RealSense cameras", "pyrealsense2", "pip install pyrealsense2"),
         _module("GenICam cameras", "harvesters", "pip install harvesters"),
+        _module("GenICam by Aravis", "gi", "sudo apt install python3-gi gir1.2-aravis-0.8"),
         _module("simulator: physics", "mujoco", "pip install 'bearcub[sim]'"),
         _module("simulator: drawing", "OpenGL", "pip install 'bearcub[sim]'"),
-        _library("simulator: drawing without a screen", ("EGL", "OSMesa"), "libegl1 libosmesa6"),
+        _library(
+            "simulator: drawing without a screen",
+            ("EGL", "OSMesa"),
+            "libegl1 libegl-mesa0 libgl1-mesa-dri",
+        ),
     ]
 
 

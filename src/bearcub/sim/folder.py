@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bearcub.devices.images import IMAGE_SUFFIXES, list_folder
 from bearcub.devices.tilt_csv import HEADER, format_tilt, read_tilts
-from bearcub.errors import FormatError, InputError
+from bearcub.errors import BearcubError, FormatError, InputError
 from bearcub.messages import Int32, Scan, Tilt
 from bearcub.rig import Rig
 from bearcub.sim.case import FRAME_TIME
@@ -40,7 +40,7 @@ _ABOUT = """# {title}
 Labels: 0 ground, 1, 2, ... the obstacle of that `id`, 65535, 65534, ... (-1, -2, ... as int16) the
 hole of that `id`, 32768 the sky.
 
-    bearcub detect {name}/left {name}/right --rig {name}/rig.toml --tilt {name}/tilt.csv
+    bearcub detect {name}/left {name}/right --rig {name}/rig.toml --tilt-file {name}/tilt.csv
 """
 
 _SKY_CODE = -32768  # what `SKY` is in 16 bit
@@ -118,6 +118,8 @@ def write(folder: Path, frames: Iterable[Taken], *, rig: Rig, title: str = "Fram
         about = _ABOUT.format(mark=_MARK, title=title, name=folder.name)
         (folder / "README.md").write_text(about, encoding="utf-8")
         return _write_frames(folder, frames, rig)
+    except BearcubError:  # one of ours may be an OSError, too, and says what it is
+        raise
     except OSError as error:
         raise InputError(f"{folder}: cannot be written: {error.strerror}") from error
 

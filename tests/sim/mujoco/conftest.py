@@ -2,14 +2,8 @@
 
 import pytest
 
-from bearcub.errors import DeviceError
-from bearcub.sim.mujoco.library import drawing_context
 
-
-@pytest.fixture(scope="session", autouse=True)
-def _drawing() -> None:
-    try:
-        context = drawing_context(16, 16)
-    except DeviceError as missing:
-        pytest.skip(str(missing))
-    context.free()
+@pytest.fixture(scope="module", autouse=True)
+def _drawing(request: pytest.FixtureRequest) -> None:
+    if request.path.name != "test_library.py":  # that is about what happens without
+        request.getfixturevalue("opengl")
