@@ -1,7 +1,9 @@
 """CARMEN logs: hand-made lines with known values, and two recorded logs whole."""
 
 import bz2
+import contextlib
 import math
+import random
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +11,7 @@ import pytest
 
 from bearcub.clock import ManualClock
 from bearcub.devices.carmen import open_carmen, read_carmen
-from bearcub.errors import FormatError, InputError
+from bearcub.errors import BearcubError, FormatError, InputError
 
 LOGS = Path(__file__).parents[2] / ".." / "shared" / "data" / "radish_ladar"
 POSE = "0.1 0.2 0.3 0.1 0.2 0.3"
@@ -138,3 +140,35 @@ def test_a_recorded_log_is_loaded_whole(
     finite = ranges[np.isfinite(ranges)]
     assert len(finite) + no_returns == ranges.size
     assert finite.max() == pytest.approx(largest)
+
+
+def fuzz(path: Path, count: int) -> None:
+    """Damage lines; each is read, or refused with the number of the line."""
+    dice = random.Random(1)  # noqa: S311 (the same damage every time)
+    tail = "0 0 0 0 0 0 1.0 robot 1.0\n"
+    whole = [
+        f"FLASER 181 {' '.join(['1.5'] * 181)} {tail}",
+        f"RAWLASER1 0 -1.57 3.14 0.0175 80 0.01 0 3 1.0 2.0 3.0 0 {tail}",
+        f"ROBOTLASER1 0 -1.57 3.14 0.0175 80 0.01 0 3 1.0 2.0 3.0 2 7 8 {tail}",
+    ]
+    words = ["", "-1", "0", "nan", "inf", "1e400", "9" * 30, "x", "1_0", "3.5", "181", "-0.0175"]
+    read = 0
+    for _ in range(count):
+        line = dice.choice(whole).split(" ")
+        for _ in range(dice.randint(0, 2)):
+            reach = len(line) if dice.random() < 0.3 else min(len(line), 12)
+            place = dice.randrange(reach)
+            line[place : place + dice.randint(0, 2)] = [dice.choice(words)]
+        path.write_text(" ".join(line))
+        with contextlib.suppress(BearcubError):
+            read += len(list(read_carmen(path)))
+    assert 0.2 * count < read < 0.98 * count
+
+
+def test_damaged_lines_are_refused_with_our_own_errors(tmp_path: Path) -> None:
+    fuzz(tmp_path / "damaged.clf", 500)
+
+
+@pytest.mark.slow
+def test_a_million_damaged_lines_are_refused_with_our_own_errors(tmp_path: Path) -> None:
+    fuzz(tmp_path / "damaged.clf", 1_000_000)

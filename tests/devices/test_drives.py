@@ -172,15 +172,24 @@ def test_what_keeps_an_autopilot_from_driving_is_said(
     assert any(fault in text for text in reading.value.faults)
 
 
-def test_noise_raises_nothing_and_the_next_message_is_found(dialect: Any) -> None:
+def noise(dialect: Any, inputs: int) -> None:
     rng = random.Random(5)  # noqa: S311 (the same noise every time)
     parser, autopilot = MavlinkParser(), Autopilot(dialect)
     parser.use(dialect)
-    for turn in range(2000):
+    for turn in range(inputs):
         data = bytearray(autopilot.poll(turn * 10**9))
         data[rng.randrange(len(data))] = rng.randrange(256)
         parser.feed(bytes(data[: rng.randrange(len(data) + 1)]) + rng.randbytes(rng.randrange(9)))
     parser.silence()
-    kinds = [message.get_type() for message in parser.feed(autopilot.poll(10**13))]
+    kinds = [message.get_type() for message in parser.feed(autopilot.poll((inputs + 1) * 10**9))]
     assert kinds == ["HEARTBEAT", "ATTITUDE", "LOCAL_POSITION_NED"]
     assert parser.tally.errors > 0
+
+
+def test_noise_raises_nothing_and_the_next_message_is_found(dialect: Any) -> None:
+    noise(dialect, 2000)
+
+
+@pytest.mark.slow
+def test_a_million_noisy_messages_raise_nothing(dialect: Any) -> None:
+    noise(dialect, 1_000_000)

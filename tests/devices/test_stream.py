@@ -173,6 +173,92 @@ def test_a_silent_device_is_started_anew_after_a_second(
     assert line.opened == 2
 
 
+def test_after_a_reconnect_a_value_from_before_does_not_make_it_good(
+    source: Streaming[str], line: Line, clock: ManualClock
+) -> None:
+    line.coming = b"a"
+    source.step()
+    line.broken = True
+    source.step()
+    assert source.health().problem == "sensor (line): went away"
+    clock.advance(0.05)
+    source.step()
+    health = source.health()
+    assert (line.opened, health.connected, health.good) == (2, True, False)
+    assert health.age < 0.2
+    assert health.problem == "sensor (line): went away"
+    line.coming = b"b"
+    source.step()
+    assert source.health().good
+
+
+def test_silence_counts_from_the_end_of_a_long_conversation(line: Line, clock: ManualClock) -> None:
+    class Slow(Letters):
+        def conversation(self) -> Conversation[bytes]:
+            yield Pause(7.0)
+
+    source = Streaming(line, Slow(), clock=clock, rate_hz=10.0, role="sensor")
+    run(source, clock, 7.9)
+    assert line.opened == 1
+    assert "no value yet" in source.health().problem
+    run(source, clock, 0.4)
+    assert line.opened == 2
+
+
+def test_values_that_were_refused_are_named_as_what_is_missing(
+    source: Streaming[str], line: Line, clock: ManualClock
+) -> None:
+    line.coming = b"a??"
+    source.step()
+    run(source, clock, 0.4)
+    assert source.health().problem.endswith(
+        "2 values refused, the last one for: letter ?: impossible"
+    )
+
+
+def test_a_loose_cable_does_not_fill_the_log(
+    source: Streaming[str], line: Line, clock: ManualClock, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO)
+    for _ in range(20):
+        line.coming = b"a"
+        source.step()
+        line.broken = True
+        source.step()
+        clock.advance(0.5)
+    said = [message.removeprefix("sensor (line): ") for message in caplog.messages]
+    assert said == [
+        "connecting",
+        "streaming",
+        "went away",
+        "streaming",
+        "went away",
+        "streaming",
+        "went away (comes and goes; logged again after 10 s without a change)",
+    ]
+    for _ in range(41):
+        line.coming = b"a"
+        source.step()
+        clock.advance(0.25)
+    assert caplog.messages[-1] == "sensor (line): streaming, after 17 more faults"
+    assert len(caplog.messages) == 8
+
+
+def test_a_loose_cable_that_breaks_at_last_is_in_the_log(
+    source: Streaming[str], line: Line, clock: ManualClock, caplog: pytest.LogCaptureFixture
+) -> None:
+    for _ in range(5):
+        line.coming = b"a"
+        source.step()
+        line.broken = True
+        source.step()
+        clock.advance(0.5)
+    line.refuses = True
+    before = len(caplog.messages)
+    run(source, clock, 30.0)
+    assert caplog.messages[before:] == ["sensor (line): cannot be opened: no such device"]
+
+
 def test_closing_says_farewell_and_closes_the_line(source: Streaming[str], line: Line) -> None:
     source.step()
     source.close()

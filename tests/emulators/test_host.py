@@ -201,3 +201,33 @@ def test_one_port_is_for_one_program() -> None:
         with pytest.raises(DeviceError, match="cannot be opened: "):
             second.open()
         first.close()
+
+
+class Stamps:
+    """Says the time, a thousand times a second."""
+
+    baud: int | None = None
+
+    def __init__(self) -> None:
+        self.ticker = Ticker(1000.0)
+
+    def connect(self) -> None:
+        pass
+
+    def receive(self, data: bytes) -> None:
+        pass
+
+    def poll(self, now_ns: int) -> bytes:
+        return f"{now_ns}\n".encode() if self.ticker.due(now_ns) else b""
+
+
+def test_what_a_pty_was_told_while_nobody_listened_is_not_heard_later() -> None:
+    with PtyHost(Stamps(), clock=CLOCK) as host:
+        for _ in range(2):
+            threading.Event().wait(0.2)  # long enough to fill the system's buffers
+            link = SerialLink(host.path, baud=9600)
+            opened_ns = CLOCK.now_ns()
+            link.open()
+            first = read(link, 40).splitlines()[0]
+            link.close()
+            assert int(first) >= opened_ns

@@ -31,7 +31,9 @@ def test_arrays_of_different_lengths_are_refused() -> None:
         scan(intensities=np.zeros(4, dtype=np.float32))
 
 
-@pytest.mark.parametrize("angles", [[0.1, 0.0, -0.1], [0.0, 0.0, 0.1]])
+@pytest.mark.parametrize(
+    "angles", [[0.1, 0.0, -0.1], [0.0, 0.0, 0.1], [np.nan, 0.0, 0.1], [0.0, 0.1, np.inf]]
+)
 def test_beams_that_are_not_counter_clockwise_are_refused(angles: list[float]) -> None:
     with pytest.raises(InputError, match="angles do not ascend"):
         scan(angles=np.array(angles))

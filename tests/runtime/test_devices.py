@@ -15,6 +15,8 @@ from bearcub.devices.cameras import CameraSource
 from bearcub.devices.cameras.plugins import plugin_names
 from bearcub.devices.dry_run import DryRunDrive
 from bearcub.devices.galil import GalilDrive
+from bearcub.devices.replay import Replay
+from bearcub.devices.sick import Cola, Lms2xx, Sweep
 from bearcub.devices.stream import Streaming
 from bearcub.devices.tilt.complementary import Fused
 from bearcub.errors import ConfigError
@@ -37,6 +39,7 @@ TABLES: dict[str, dict[str, Any]] = {
     "depthai": {},
     "realsense": {"device": "1234"},
     "genicam": {"library": "producer.cti"},
+    "aravis": {"device": "Fake_1"},
 }
 
 
@@ -53,10 +56,10 @@ def test_every_kind_is_built_and_named_by_its_table(kind: str) -> None:
 
 
 def test_every_kind_is_tried_here() -> None:
-    assert set(TABLES) == set(kinds())
+    assert {*TABLES, "carmen"} == set(kinds())  # which needs a file: see below
 
 
-@pytest.mark.parametrize("kind", sorted(set(TABLES) - {"dry-run", "gpsd", *plugin_names()}))
+@pytest.mark.parametrize("kind", sorted({*TABLES, "carmen"} - {"dry-run", "gpsd", *plugin_names()}))
 def test_a_device_that_nothing_leads_to_is_refused(kind: str) -> None:
     with pytest.raises(ConfigError, match=r"^devices\.thing: \w+: is missing; give"):
         built(kind=kind, **{k: v for k, v in WHEELS.items() if kind == "galil"})
@@ -105,7 +108,7 @@ def test_a_fused_imu_has_no_signs_to_invert() -> None:
 @pytest.mark.parametrize(
     ("table", "message"),
     [
-        ({}, r"devices\.thing\.kind: is missing; expected one of camera, cola"),
+        ({}, r"devices\.thing\.kind: is missing; expected one of aravis, camera"),
         ({"kind": "lms200"}, "unknown kind of device lms200: did you mean lms2xx"),
         (
             {"kind": "cxtilt", "prot": "x"},
@@ -179,12 +182,62 @@ def test_files_are_played_as_a_camera(tmp_path: Path) -> None:
     assert reading.value.right[0, 0] == 60
 
 
+def test_a_folder_is_played_as_one_colour_camera(tmp_path: Path) -> None:
+    cv2.imwrite(str(tmp_path / "1.png"), np.full((20, 30, 3), (10, 60, 200), dtype=np.uint8))
+    table = {"eye": {"kind": "camera", "source": "."}}
+    (device,) = build_devices(table, clock=ManualClock(), folder=tmp_path)
+    assert isinstance(device.part, CameraSource)
+    device.part.step()
+    reading = device.part.latest()
+    assert reading is not None
+    assert reading.value.right is None
+    assert reading.value.left is not None
+    assert reading.value.left[0, 0].tolist() == [10, 60, 200]
+
+
 def test_wheels_and_guards_reach_the_controller() -> None:
     device = built(kind="galil", address="10.0.0.2:5023", **WHEELS, invert_right=True, silence=0.5)
     assert isinstance(device.part, GalilDrive)
     setup = device.part._driver._setup
     assert (setup.wheels.right_sign, setup.silence) == (-1, 0.5)
     assert device.part.name == "thing (10.0.0.2:5023)"
+
+
+def test_what_a_scanner_is_to_be_set_to_reaches_its_driver() -> None:
+    serial = built(kind="lms2xx", port="/dev/x", unit="cm", measuring_mode=4)
+    assert isinstance(serial.part, Streaming)
+    assert isinstance(serial.part._driver, Lms2xx)
+    assert serial.part._driver._fixed == {5: 4, 6: 0}  # bytes of its configuration
+    network = built(kind="cola", address="x", step_deg=0.5, rate_hz=50, set_rate=True, nearest=0.2)
+    assert isinstance(network.part, Streaming)
+    assert isinstance(network.part._driver, Cola)
+    sweep = Sweep(start_deg=-135, stop_deg=135, step_deg=0.5, scan_hz=50)
+    assert (network.part._driver._sweep, network.part._driver._nearest) == (sweep, 0.2)
+
+
+def test_a_log_is_played_as_a_scanner_and_a_damaged_one_is_named(tmp_path: Path) -> None:
+    beams = " ".join(["2.0"] * 180)
+    for name, text in (
+        ("good", f"FLASER 180 {beams} 0 0 0 0 0 0 1.0 x 1.0\n"),
+        ("bad", "FLASER 9\n"),
+    ):
+        (tmp_path / f"{name}.clf").write_text(text * 2)
+    table = {"ladar": {"kind": "carmen", "source": "good.clf"}}
+    (device,) = build_devices(table, clock=ManualClock(), folder=tmp_path)
+    device.part.start()
+    assert isinstance(device.part, Replay)
+    reading = device.part.latest()
+    assert reading is not None
+    assert reading.value.ranges[90] == 2.0
+    with pytest.raises(ConfigError, match=r"source: .*bad\.clf, line 1"):
+        build_devices(
+            {"ladar": {"kind": "carmen", "source": "bad.clf"}}, clock=ManualClock(), folder=tmp_path
+        )
+
+
+def test_what_a_network_camera_cannot_be_set_to_is_refused() -> None:
+    with pytest.raises(ConfigError, match="width and exposure_ms of a network camera"):
+        built(kind="camera", source="rtsp://cam/1", width=640, height=480, exposure_ms=3.0)
 
 
 PAGE = Path(__file__).parents[2] / "docs" / "drive_and_cameras.md"

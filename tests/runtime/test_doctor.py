@@ -18,6 +18,7 @@ from bearcub.emulators import PtyHost, TcpHost
 from bearcub.emulators.faults import Rewritten
 from bearcub.emulators.galil import GalilEmulator
 from bearcub.emulators.gps import NmeaEmulator, Position
+from bearcub.emulators.lms2xx import Lms2xxEmulator
 from bearcub.emulators.tilt.cxtilt import CxtiltEmulator
 from bearcub.messages import Fix, FixQuality, Scan, Tilt, WheelState
 from bearcub.runtime.describe import describe
@@ -59,7 +60,8 @@ def test_software_that_is_missing_is_a_fault_of_its_device_alone(
     monkeypatch.setitem(sys.modules, "depthai", None)  # cannot be imported
     checkup = examined({"kind": "depthai"}, patience=Patience(first=0.2, look=0.1))
     assert checkup.grade is Grade.FAULT
-    assert "run: pip install depthai" in checkup.remarks[0].text
+    assert "needs the package depthai" in checkup.remarks[0].text
+    assert checkup.remarks[0].advice == "run: pip install depthai"
 
 
 def test_a_host_that_does_not_listen_is_a_fault_with_advice() -> None:
@@ -112,6 +114,52 @@ def test_a_controller_with_a_fault_is_told_in_words_and_left_standing() -> None:
     assert controller.axes["A"].position == 0
 
 
+def test_a_scanner_tells_its_settings_and_its_errors() -> None:
+    scanner = Lms2xxEmulator(errors=[(3, 12)])
+    with PtyHost(scanner, clock=MonotonicClock()) as host:
+        checkup = examined(
+            {"kind": "lms2xx", "port": host.path, "baud": 500000},
+            patience=Patience(first=5.0, look=0.2),
+        )
+    assert [str(remark) for remark in checkup.remarks[:3]] == [
+        "LMS200;30106x;V02.10, 180° in steps of 0.5°, mm, measuring mode 0x00, 500000 baud",
+        "reports a fault of its own; see its manual for the meaning",
+        "error 12 of type 3; see its manual for the meaning",
+    ]
+    assert checkup.grade is Grade.WARNING
+
+
+@pytest.mark.parametrize(
+    ("problem", "advice"),
+    [
+        ("nothing comes; check its power", "check its power"),
+        (
+            "no connection: connection refused",
+            "check its power, its network cable and the address in its table",
+        ),
+        (
+            "cannot be opened: permission denied",
+            "run: sudo usermod -aG dialout,video $USER, then log in again",
+        ),
+        ("3 bytes came and no value in them", "check baud, and that it is a thing"),
+        (
+            "9 telegrams refused, the last one for: wrong CRC",
+            "check baud, cable and shield, and that it is a thing",
+        ),
+        ("refuses the start; code 4", "switch it off and on; is it a thing?"),
+        ("gone", "check its power and its cable"),
+    ],
+)
+def test_every_problem_has_one_line_of_advice(problem: str, advice: str) -> None:
+    clock = ManualClock()
+    dead = Held(clock, LEVEL, problem=problem)
+    doctor = Doctor(clock=clock, patience=QUICK, wait=clock.advance)
+    checkup = doctor.examine(Device(name="a", kind="thing", part=dead))
+    assert checkup.remarks[0].grade is Grade.FAULT
+    assert checkup.remarks[0].advice == advice
+    assert str(checkup.remarks[0]).startswith(problem.partition(";")[0])
+
+
 def test_a_receiver_without_a_fix_is_a_warning() -> None:
     indoors = NmeaEmulator(lambda _: Position(quality=0, satellites=2), rate_hz=10)
     with PtyHost(indoors, clock=MonotonicClock()) as host:
@@ -123,7 +171,8 @@ def test_a_receiver_without_a_fix_is_a_warning() -> None:
 class Held(Closing):
     """A sensor on a robot in somebody's hands, in manual time."""
 
-    def __init__(self, clock: ManualClock, value: Tilt | WheelState) -> None:
+    def __init__(self, clock: ManualClock, value: Tilt | WheelState, *, problem: str = "") -> None:
+        self.problem = problem
         self.name = "thing (hands)"
         self.clock = clock
         self.value = value
@@ -141,7 +190,9 @@ class Held(Closing):
         return Reading(value=self.value, stamp_ns=now_ns, age=0.0, fresh=True, count=self.count)
 
     def health(self) -> Health:
-        return Health(name=self.name, problem="", values=self.count, age=0.0, rate_hz=50.0)
+        return Health(
+            name=self.name, problem=self.problem, values=self.count, age=0.0, rate_hz=50.0
+        )
 
 
 LEVEL = Tilt(pitch=0.0, roll=0.0)

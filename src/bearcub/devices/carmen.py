@@ -139,7 +139,8 @@ def _laser1(words: list[str]) -> tuple[float, Scan]:
 
 @functools.lru_cache(maxsize=16)
 def _angles(start: float, step: float, count: int) -> Float64:
-    angles: Float64 = start + step * np.arange(count, dtype=np.float64)
+    with np.errstate(all="ignore"):  # a `Scan` refuses what is not finite
+        angles: Float64 = start + step * np.arange(count, dtype=np.float64)
     return angles
 
 
@@ -147,4 +148,6 @@ def _scan(ranges: Float64, angles: Float64, farthest: float) -> Scan:
     ranges[ranges >= farthest] = math.inf
     ranges[ranges == 0] = -math.inf
     ranges[(ranges < 0) & np.isfinite(ranges)] = math.nan
-    return Scan(ranges=ranges.astype(np.float32), angles=angles, farthest=farthest)
+    with np.errstate(over="ignore"):  # beyond what a float32 holds is beyond reach
+        short = ranges.astype(np.float32)
+    return Scan(ranges=short, angles=angles, farthest=farthest)

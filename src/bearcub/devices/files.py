@@ -11,8 +11,8 @@ from bearcub.devices.images import (
     DISPARITY_SUFFIXES,
     IMAGE_SUFFIXES,
     ImageFiles,
+    Picture,
     RawImage,
-    Reading,
     list_folder,
     require_file,
     to_8_bit,
@@ -31,7 +31,7 @@ class _Stream(Protocol):
     count: int | None
     rate_hz: float | None
 
-    def read(self) -> Reading | None: ...
+    def read(self) -> Picture | None: ...
 
     def close(self) -> None: ...
 
@@ -82,30 +82,30 @@ class FileFrames(Closing):
             it has were given out.
         """
         for index in itertools.count():
-            readings = [stream.read() for stream in self._streams]
-            complete = [reading for reading in readings if reading is not None]
-            if len(complete) < len(readings):
-                self._require_end(readings, index)
+            pictures = [stream.read() for stream in self._streams]
+            complete = [picture for picture in pictures if picture is not None]
+            if len(complete) < len(pictures):
+                self._require_end(pictures, index)
                 return
             yield self._frame(complete, index)
 
-    def _require_end(self, readings: Sequence[Reading | None], index: int) -> None:
+    def _require_end(self, pictures: Sequence[Picture | None], index: int) -> None:
         """Raise `DeviceError` unless all streams end here as announced."""
         announced = max(stream.count or 0 for stream in self._streams)
-        together = not any(readings)
+        together = not any(pictures)
         # Some containers do not count frames; OpenCV then rounds duration times rate.
         if together and index >= max(1, announced - 1):
             return
-        ended = next(s for s, r in zip(self._streams, readings, strict=True) if r is None)
+        ended = next(s for s, r in zip(self._streams, pictures, strict=True) if r is None)
         of = f" of {announced}" if announced > index else ""
         more = "" if together else ", the other camera's goes on"
         raise DeviceError(f"{ended.path}: the video ended after frame {index}{of}{more}")
 
-    def _frame(self, readings: Sequence[Reading], index: int) -> Frame:
-        images = self._images(readings)
-        disparity_path = next((r.path for r in readings if r.image is None), None)
+    def _frame(self, pictures: Sequence[Picture], index: int) -> Frame:
+        images = self._images(pictures)
+        disparity_path = next((r.path for r in pictures if r.image is None), None)
         return Frame(
-            name=readings[0].name,
+            name=pictures[0].name,
             index=index,
             stamp_ns=round(index * 1e9 / self._rate_hz) if self._rate_hz else 0,
             left=images[0] if images else None,
@@ -113,9 +113,9 @@ class FileFrames(Closing):
             disparity_path=disparity_path,
         )
 
-    def _images(self, readings: Sequence[Reading]) -> list[UInt8]:
+    def _images(self, pictures: Sequence[Picture]) -> list[UInt8]:
         """Return the pictures in 8 bit, all scaled alike and never again with fewer bits."""
-        images = [(r.path, r.image) for r in readings if r.image is not None]
+        images = [(r.path, r.image) for r in pictures if r.image is not None]
         for path, image in images:
             self._first = self._first or (path, _size(image))
             if _size(image) != self._first[1]:
@@ -153,6 +153,7 @@ def open_frames(
     *,
     disparity: Path | None = None,
     side_by_side: bool = False,
+    single: bool = False,
     rate_hz: float | None = None,
 ) -> FileFrames:
     """Open files as a source of frames; pictures are read as they are asked for.
@@ -169,6 +170,8 @@ def open_frames(
         A disparity file or a folder of them instead of `right`; `left` may come with it.
     side_by_side : bool, optional
         `left` holds both: an image, a folder or a video whose left half is the left image.
+    single : bool, optional
+        `left` alone is all there is: what one colour camera saw.
     rate_hz : float, optional
         Frames per second, for the stamps; by default what a video says.
 
@@ -182,7 +185,8 @@ def open_frames(
     if rate_hz is not None and not rate_hz > 0:
         raise InputError(f"rate_hz = {rate_hz}: expected more than 0")
     given = [path for path in (left, right, disparity) if path is not None]
-    _require_combination(left, right, disparity, side_by_side=side_by_side)
+    if not (single and left is not None and given == [left] and not side_by_side):
+        _require_combination(left, right, disparity, side_by_side=side_by_side)
     streams = _streams(given, _common_kind(given), disparity=disparity)
     return FileFrames(streams, side_by_side=side_by_side, rate_hz=rate_hz)
 

@@ -1,6 +1,7 @@
 """Image files: reading one without surprises, and finding those of a folder."""
 
 import contextlib
+import os
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -22,7 +23,7 @@ DISPARITY_SUFFIXES = (".pgm", ".png", ".tif", ".tiff", ".pfm", ".npy", ".npz")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Reading:
+class Picture:
     """One picture of a stream; `image` is None where a file is only passed on."""
 
     name: str
@@ -50,13 +51,13 @@ class ImageFiles:
         self._paths = iter(paths)
         self._decode = decode
 
-    def read(self) -> Reading | None:
+    def read(self) -> Picture | None:
         """Return the next picture; None when there is no more."""
         path = next(self._paths, None)
         if path is None:
             return None
         image = read_raw(path) if self._decode else None
-        return Reading(name=path.stem, path=path, image=image)
+        return Picture(name=path.stem, path=path, image=image)
 
     def close(self) -> None:
         """Do nothing: every file was closed when it had been read."""
@@ -121,7 +122,9 @@ def _decode(data: UInt8) -> NDArray[Any] | None:
 
 @contextlib.contextmanager
 def quiet_opencv() -> Iterator[None]:
-    """Keep OpenCV from writing to stderr what is going to be raised."""
+    """Keep OpenCV, and FFmpeg inside it, from writing to stderr what is going to be raised."""
+    # FFmpeg's level can be set in no other way, and only before OpenCV has loaded it.
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     logging = getattr(cv2.utils, "logging", cv2)  # OpenCV 5 moved the two functions there
     level = logging.getLogLevel()
     logging.setLogLevel(0)

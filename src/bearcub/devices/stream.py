@@ -70,6 +70,16 @@ class Streaming(Source[T]):
         """What it is called in messages: ``tilt (/dev/ttyUSB0)``."""
         return self._name
 
+    @property
+    def identity(self) -> str:
+        """What the device says that it is; empty where it does not say, or not yet."""
+        return str(getattr(self._driver, "identity", ""))  # most devices cannot tell
+
+    @property
+    def complaints(self) -> tuple[str, ...]:
+        """What the device said was wrong with it when it was first met."""
+        return tuple(getattr(self._driver, "complaints", ()))
+
     def start(self) -> None:
         """Start the thread; it connects when it can."""
         if self._thread is None and not self._stopping.is_set():
@@ -147,6 +157,8 @@ class Streaming(Source[T]):
         for telegram in self._telegrams(data, now_ns):
             self._take(telegram, now_ns)
             talk.hear(telegram)
+        if talk.over:
+            self._watch.ready()
         if talk.over or self._watch.delivering:  # before that, the conversation has its time-outs
             missing = self._watch.silence()
             if missing:

@@ -8,7 +8,7 @@ from typing import BinaryIO
 import cv2
 import numpy as np
 
-from bearcub.devices.images import Reading, quiet_opencv, require_file
+from bearcub.devices.images import Picture, quiet_opencv, require_file
 from bearcub.errors import FormatError
 
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".m4v", ".webm", ".mpg", ".mpeg", ".ogv", ".wmv")
@@ -46,13 +46,13 @@ class VideoFile:
         self.rate_hz = rate_hz if 0 < rate_hz < math.inf else None
         self._index = 0
 
-    def read(self) -> Reading | None:
+    def read(self) -> Picture | None:
         """Return the next frame, shape (H, W, 3), BGR; None when there is no more."""
         decoded, image = self._capture.read()
         if not decoded:
             return None
         index, self._index = self._index, self._index + 1
-        return Reading(
+        return Picture(
             name=f"{self.path.stem}_{index:06d}",
             path=self.path,
             image=np.asarray(image, dtype=np.uint8),

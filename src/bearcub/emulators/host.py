@@ -7,7 +7,6 @@ import socket
 import struct
 import termios
 import threading
-import tty
 from collections.abc import Callable
 from pathlib import Path
 
@@ -19,7 +18,8 @@ from bearcub.errors import DeviceDisconnected, DeviceError
 
 _TICK = 0.002  # how often an emulator is asked what it sends [s]
 _AT_ONCE = 65536
-_BACKLOG = 4096  # bytes that wait for a host that does not read, as in a UART's buffer
+_KEPT_NS = 100_000_000  # a line keeps no bytes: those that nobody takes for so long are lost
+_SET_UP_NS = 500_000_000  # within which who opens a port sets it up
 
 _SPEEDS = {
     getattr(termios, f"B{baud}"): baud
@@ -59,9 +59,10 @@ class PtyHost(Closing):
         self._clock = clock
         self._link = link
         try:
-            self._master, self._slave = os.openpty()
-            tty.setraw(self._slave)
-            self.path = os.ttyname(self._slave)
+            self._master, slave = os.openpty()
+            self.path = os.ttyname(slave)
+            # Held by nobody but a driver, so that its coming and going can be seen.
+            os.close(slave)
             if link is not None:
                 link.unlink(missing_ok=True)
                 link.symlink_to(self.path)
@@ -69,6 +70,8 @@ class PtyHost(Closing):
         except OSError as error:
             raise DeviceError(f"no pty for an emulator: {error.strerror or error}") from error
         os.set_blocking(self._master, False)
+        self._opened_ns: int | None = None  # by the driver; None while nobody has it open
+        self._waiting, self._taken_ns = b"", 0
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name=self.path, daemon=True)
         self._thread.start()
@@ -79,26 +82,57 @@ class PtyHost(Closing):
             return
         self._stopping.set()
         self._thread.join()
-        os.close(self._slave)
         os.close(self._master)
         if self._link is not None:
             self._link.unlink(missing_ok=True)
 
     def _run(self) -> None:
-        waiting = b""
+        poll = select.poll()
+        poll.register(self._master, select.POLLIN)
         while not self._stopping.is_set():
-            if select.select([self._master], [], [], _TICK)[0]:
-                heard = os.read(self._master, _AT_ONCE)
+            events = sum(event for _, event in poll.poll(_TICK * 1e3))
+            now_ns = self._clock.now_ns()
+            if events & select.POLLHUP:
+                self._opened_ns = None
+                self._stopping.wait(_TICK)
+            elif self._opened_ns is None:
+                self._opened_ns = now_ns
+            if events & select.POLLIN:
+                heard = self._heard()
                 self._emulator.receive(heard if self._same_speed() else garbled(heard))
             with contextlib.suppress(ConnectionResetError):  # a serial line has no connection
-                said = self._emulator.poll(self._clock.now_ns())
-                waiting += said if self._same_speed() else garbled(said)
-            if waiting:
-                with contextlib.suppress(BlockingIOError):
-                    waiting = waiting[os.write(self._master, waiting) :][-_BACKLOG:]
+                self._send(self._emulator.poll(now_ns), now_ns)
+
+    def _heard(self) -> bytes:
+        try:
+            return os.read(self._master, _AT_ONCE)
+        except OSError:  # EIO: the driver has closed it since
+            return b""
+
+    def _send(self, said: bytes, now_ns: int) -> None:
+        """Put bytes on the line; they are lost where nobody listens."""
+        if self._opened_ns is None or not self._is_set_up(now_ns):
+            self._waiting = b""
+            return
+        self._waiting += said if self._same_speed() else garbled(said)
+        try:
+            if self._waiting:
+                self._waiting = self._waiting[os.write(self._master, self._waiting) :]
+            self._taken_ns = now_ns
+        except BlockingIOError:
+            if now_ns - self._taken_ns > _KEPT_NS:
+                self._waiting = b""
+
+    def _is_set_up(self, now_ns: int) -> bool:
+        """Tell whether the driver has made it a line for bytes, or does not do so at all.
+
+        Until then the pty would send back what it gets.
+        """
+        echoes = termios.tcgetattr(self._master)[3] & termios.ECHO
+        return not echoes or now_ns - (self._opened_ns or 0) > _SET_UP_NS
 
     def _same_speed(self) -> bool:
-        return self._emulator.baud in (None, _SPEEDS.get(termios.tcgetattr(self._slave)[5]))
+        return self._emulator.baud in (None, _SPEEDS.get(termios.tcgetattr(self._master)[5]))
 
 
 class TcpHost(Closing):

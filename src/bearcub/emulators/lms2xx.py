@@ -1,6 +1,6 @@
 """An emulated SICK LMS2xx: its telegrams, its baud rates, and the time that its line takes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -50,6 +50,8 @@ class Lms2xxEmulator(Serial):
         As in bytes 5 and 6 of its configuration.
     address : int, optional
         In its replies; 0x80 or 0x81.
+    errors : sequence of (int, int), optional
+        Type and number of what is wrong with it.
 
     Attributes
     ----------
@@ -67,9 +69,11 @@ class Lms2xxEmulator(Serial):
         measuring_mode: int = 0,
         unit: int = 1,
         address: int = 0x80,
+        errors: Sequence[tuple[int, int]] = (),
     ) -> None:
         self._beams = beams
         self._model = model.encode("ascii")
+        self._errors = errors
         self._power_on_baud = power_on_baud
         self._address = address
         self._config = bytearray(34)
@@ -81,7 +85,7 @@ class Lms2xxEmulator(Serial):
             0x20: self._set_mode,
             0x30: self._one_scan,
             0x31: self._status,
-            0x32: lambda _: Telegram(Reply.ERRORS),
+            0x32: lambda _: Telegram(Reply.ERRORS, b"".join(map(bytes, self._errors))),
             0x3A: lambda _: Telegram(Reply.TYPE, self._model),
             0x3B: self._set_variant,
             0x74: lambda _: Telegram(Reply.CONFIG, bytes(self._config)),
@@ -207,6 +211,7 @@ class Lms2xxEmulator(Serial):
         data = bytearray(152)  # offsets count from the command byte
         data[0:7] = self._model[-6:].rjust(7)
         data[7] = self.mode
+        data[8] = bool(self._errors)
         data[101] = self._config[_MODE_AT]
         data[106:110] = self._variant_bytes()
         data[115:117] = _BAUD_WORDS[self.baud or 9600].to_bytes(2, "little")

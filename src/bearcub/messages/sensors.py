@@ -95,7 +95,7 @@ class Scan:
     Raises
     ------
     InputError
-        If the arrays differ in length or the angles do not ascend.
+        If the arrays differ in length, or the angles do not ascend or are not finite.
     """
 
     ranges: Float32
@@ -114,7 +114,8 @@ class Scan:
         if len({a.shape for a in arrays}) != 1 or self.ranges.ndim != 1:
             shapes = ", ".join(str(a.shape) for a in arrays)
             raise InputError(f"scan: arrays of shapes {shapes}; expected one length for all")
-        if np.any(np.diff(self.angles) <= 0):
+        ascending = bool(np.all(self.angles[1:] > self.angles[:-1]))  # false of NaN
+        if not ascending or not np.all(np.isfinite(self.angles)):
             raise InputError("scan: its angles do not ascend; expected counter-clockwise beams")
         for array in arrays:
             array.flags.writeable = False

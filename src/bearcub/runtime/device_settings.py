@@ -50,6 +50,10 @@ class Lms2xxDevice(Table):
     baud: int = setting(38400, "to stream with; 500000 needs RS-422", **_BAUD)
     fov_deg: int = setting(180, "field of view [deg]: 180 or 100", low=100, high=180)
     resolution_deg: float = setting(0.5, "between beams [deg]: 1, 0.5, 0.25", low=0.25, high=1.0)
+    unit: str = choice("", "mm: up to 8 m, cm: up to 80 m; kept in the scanner", "", "mm", "cm")
+    measuring_mode: int = setting(
+        -1, "as in its manual, kept in the scanner; -1: as it is", low=-1, high=15
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,6 +63,20 @@ class ColaDevice(Table):
     address: str = setting("", "HOST or HOST:PORT (2112)")
     dialect: str = choice("B", "CoLa-A or CoLa-B", "A", "B")
     rate_hz: float = setting(15.0, "scans a second, as the scanner is set [Hz]", **_RATE)
+    step_deg: float = setting(0.0, "between beams [deg]; 0: sweep as it is", low=0.0, high=10.0)
+    start_deg: float = setting(-135.0, "first beam of a set sweep [deg]", low=-180, high=180)
+    stop_deg: float = setting(135.0, "last beam of a set sweep [deg]", low=-180, high=180)
+    set_rate: bool = setting(False, "set its turns to rate_hz too; a TiM cannot")
+    remission: bool = setting(False, "ask for the brightness of the echoes too")
+    nearest: float = setting(0.05, "what is nearer counts as too close [m]", low=0.0, high=10.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CarmenDevice(Table):
+    """A CARMEN log of a LADAR, played as if it were one."""
+
+    source: str = setting("", "a .clf or .clf.bz2 file; from this file's folder")
+    no_return: float = setting(50.0, "range of beams that met nothing [m]", low=0.0, high=1000.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,19 +17,21 @@ from bearcub.devices.cameras import CameraSource, Capture
 from bearcub.devices.cameras.files import FileCapture
 from bearcub.devices.cameras.opencv import PairCapture, SingleCapture, VideoDevice, VideoSettings
 from bearcub.devices.cameras.plugins import PluginSettings, build_capture, plugin_names
+from bearcub.devices.carmen import open_carmen
 from bearcub.devices.dry_run import DryRunDrive
 from bearcub.devices.galil import GalilDrive, GalilSetup
 from bearcub.devices.gps import Gpsd, NmeaGps
 from bearcub.devices.mavlink import MavlinkDrive
 from bearcub.devices.protocols import Drive, FrameSource, Reading, Source
-from bearcub.devices.sick import Cola, Dialect, Lms2xx
+from bearcub.devices.sick import Cola, Dialect, Lms2xx, Sweep
 from bearcub.devices.stream import Streaming
 from bearcub.devices.wheels import Wheels
-from bearcub.errors import ConfigError
+from bearcub.errors import ConfigError, FormatError, InputError
 from bearcub.messages import WheelState
 from bearcub.runtime.device_lines import Build, Place, network, serial_line
 from bearcub.runtime.device_settings import (
     CameraDevice,
+    CarmenDevice,
     ColaDevice,
     DryRunDevice,
     GalilDevice,
@@ -157,20 +159,48 @@ def _build(table: object, place: Place) -> Device:
 
 def _lms2xx(settings: Lms2xxDevice, place: Place) -> Source[Any]:
     driver = Lms2xx(
-        fov_deg=settings.fov_deg, resolution_deg=settings.resolution_deg, baud=settings.baud
+        fov_deg=settings.fov_deg,
+        resolution_deg=settings.resolution_deg,
+        baud=settings.baud,
+        unit=settings.unit or None,
+        measuring_mode=None if settings.measuring_mode < 0 else settings.measuring_mode,
     )
     link = serial_line(settings.port, 9600)
     return Streaming(link, driver, clock=place.clock, rate_hz=driver.rate_hz, role=place.role)
 
 
 def _cola(settings: ColaDevice, place: Place) -> Source[Any]:
+    sweep = None
+    if settings.step_deg:
+        sweep = Sweep(
+            start_deg=settings.start_deg,
+            stop_deg=settings.stop_deg,
+            step_deg=settings.step_deg,
+            scan_hz=settings.rate_hz if settings.set_rate else None,
+        )
+    driver = Cola(
+        dialect=Dialect[settings.dialect],
+        sweep=sweep,
+        remission=settings.remission,
+        nearest=settings.nearest,
+    )
     return Streaming(
         network(settings.address, default=2112),
-        Cola(dialect=Dialect[settings.dialect]),
+        driver,
         clock=place.clock,
         rate_hz=settings.rate_hz,
         role=place.role,
     )
+
+
+def _carmen(settings: CarmenDevice, place: Place) -> Source[Any]:
+    required(settings.source, "source", "give a .clf file")
+    try:
+        return open_carmen(
+            place.folder / settings.source, clock=place.clock, no_return=settings.no_return
+        )
+    except (InputError, FormatError) as error:
+        raise ConfigError(f"source: {error}") from error
 
 
 def _gps(settings: SerialDevice, place: Place) -> Source[Any]:
@@ -260,7 +290,8 @@ def _file_capture(settings: CameraDevice, place: Place) -> Capture | None:
     right = place.folder / settings.right if settings.right else None
 
     def open_source() -> FrameSource:
-        return open_frames(left, right, side_by_side=settings.side_by_side)
+        single = right is None and not settings.side_by_side
+        return open_frames(left, right, side_by_side=settings.side_by_side, single=single)
 
     return FileCapture(
         open_source, name=settings.source, clock=place.clock, rate_hz=settings.rate_hz
@@ -315,6 +346,7 @@ _KINDS: Mapping[str, tuple[type[Any], Build]] = {
     **TILT_KINDS,
     "lms2xx": (Lms2xxDevice, _lms2xx),
     "cola": (ColaDevice, _cola),
+    "carmen": (CarmenDevice, _carmen),
     "gps": (SerialDevice, _gps),
     "gpsd": (GpsdDevice, _gpsd),
     "galil": (GalilDevice, _galil),

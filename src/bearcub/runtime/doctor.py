@@ -21,6 +21,24 @@ from bearcub.runtime.verdict import Grade, Remark
 
 _STEP = 0.02  # between two looks [s]
 _OLD = 0.15  # a value that is older on arrival makes the robot late [s]
+_VERBS = (
+    *("allow ", "check ", "choose ", "clear ", "connect ", "expected ", "leave ", "lower "),
+    *("raise ", "run: ", "see: ", "set ", "switch ", "wait "),
+)
+_ADVICE = (
+    (("permission denied",), "run: sudo usermod -aG dialout,video $USER, then log in again"),
+    (("resource temporarily unavailable", "busy"), "end the other program that uses it"),
+    (("no such file", "cannot be opened"), "check that it is plugged in: bearcub devices"),
+    (
+        ("connection refused", "no connection", "timed out"),
+        "check its power, its network cable and the address in its table",
+    ),
+    (("telegrams refused",), "check baud, cable and shield, and that it is a {kind}"),
+    (("values refused",), "see what it is set to, and its manual"),
+    (("bytes came",), "check baud, and that it is a {kind}"),
+    (("refuses", "rejects", "refused"), "switch it off and on; is it a {kind}?"),
+    (("recording is at its end",), "give a longer one, or look at it for less (--seconds)"),
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,7 +129,7 @@ class Doctor:
         with device.part:
             first = self._first(latest)
             readings = [] if first is None else list(self._look(latest))
-            remarks: list[Remark] = []
+            remarks = _introduction(device)
             if readings:
                 remarks += self._describe(device, readings[-1])
                 trials = () if ask is None else trials_of(readings[-1].value)
@@ -178,9 +196,20 @@ def _reader(device: Device) -> _Latest:
     return part.latest if hasattr(part, "latest") else part.feedback
 
 
+def _introduction(device: Device) -> list[Remark]:
+    """Return what the device itself says that it is, and what is wrong with it."""
+    identity = getattr(device.part, "identity", "")  # most cannot tell
+    complaints = getattr(device.part, "complaints", ())
+    return [Remark(text) for text in (identity,) if text] + [
+        Remark(text, grade=Grade.WARNING, advice="see its manual for the meaning")
+        for text in complaints
+    ]
+
+
 def _health_remarks(device: Device, health: Health, age: float) -> list[Remark]:
     if health.problem:
-        return [Remark(health.problem, grade=Grade.FAULT, advice=_advice(device, health))]
+        text, advice = _advised(health.problem.removeprefix(f"{health.name}: "))
+        return [Remark(text, grade=Grade.FAULT, advice=advice or _advice(device, text))]
     remarks = []
     if age > _OLD:
         remarks.append(
@@ -210,18 +239,18 @@ def _health_remarks(device: Device, health: Health, age: float) -> list[Remark]:
     return remarks
 
 
-def _advice(device: Device, health: Health) -> str:
-    problem = health.problem.lower()
-    if "run: pip install" in problem:
-        return "install it in the environment of bearcub"
-    if "permission denied" in problem:
-        return "run: sudo usermod -aG dialout,video $USER, then log in again"
-    if "no such file" in problem or "cannot be opened" in problem:
-        return "check that it is plugged in, and its name with: bearcub devices"
-    if "connection refused" in problem or "no connection" in problem or "timed out" in problem:
-        return "check its power, its network cable and the address in its table"
-    if "telegram" in problem or "bytes came" in problem:
-        return f"check baud, and that kind = {device.kind!r} is what it is"
+def _advised(problem: str) -> tuple[str, str]:
+    """Return a problem and what it says itself that is to be done; empty where it does not."""
+    text, _, advice = problem.rpartition("; ")
+    return (text, advice) if text and advice.startswith(_VERBS) else (problem, "")
+
+
+def _advice(device: Device, problem: str) -> str:
+    """Return what is to be done about a problem that does not say so."""
+    problem = problem.lower()
+    for signs, advice in _ADVICE:
+        if any(sign in problem for sign in signs):
+            return advice.format(kind=device.kind)
     return "check its power and its cable"
 
 

@@ -1,10 +1,12 @@
 """Makers' buffers become pictures: small arrays by hand, and what is refused."""
 
+import threading
+
 import numpy as np
 import pytest
 
-from bearcub.clock import ManualClock
-from bearcub.devices.cameras import depthai, genicam, realsense
+from bearcub.clock import ManualClock, MonotonicClock
+from bearcub.devices.cameras import CameraSource, aravis, depthai, genicam, realsense
 from bearcub.devices.cameras.capture import decode_pixels, split_side_by_side
 from bearcub.devices.cameras.genicam import Component
 from bearcub.devices.cameras.plugins import PluginSettings, build_capture, import_sdk, plugin_names
@@ -132,13 +134,55 @@ def test_one_or_two_genicam_components_become_a_picture_or_a_pair() -> None:
         genicam.convert([component(GREY_LEFT), component(GREY_RIGHT[:2])], name="x", stamp_ns=5)
 
 
+def test_aravis_buffers_are_read_by_their_pixel_format() -> None:
+    eight = aravis.component(bytes([1, 2, 3, 4, 5, 6]), width=3, height=2, pixel_format="Mono8")
+    assert genicam.convert([eight], name="x", stamp_ns=0).left.tolist() == [[1, 2, 3], [4, 5, 6]]
+    # 12 bits: 0x0FF0 and 0x0010 become 0xFF and 0x01.
+    twelve = aravis.component(
+        bytes([0xF0, 0x0F, 0x10, 0x00]), width=2, height=1, pixel_format="Mono12"
+    )
+    assert genicam.convert([twelve], name="x", stamp_ns=0).left.tolist() == [[0xFF, 0x01]]
+    cut_off = aravis.component(bytes(5), width=3, height=2, pixel_format="Mono8")
+    with pytest.raises(FormatError, match="5 values in a buffer of 3 x 2"):
+        genicam.convert([cut_off], name="x", stamp_ns=0)
+
+
+def test_frames_that_aravis_did_not_get_are_counted_across_the_turn_of_their_numbers() -> None:
+    assert [aravis.lost_between(7, number) for number in (8, 9, 12)] == [0, 1, 4]
+    assert aravis.lost_between(65535, 2) == 1
+    assert aravis.lost_between(None, 5) == 0
+
+
+@pytest.mark.filterwarnings("ignore:DynamicImporter:ImportWarning")  # PyGObject's own
+def test_the_fake_camera_of_aravis_is_read_like_a_real_one() -> None:
+    gi = pytest.importorskip("gi", reason="needs PyGObject and Aravis")
+    try:
+        gi.require_version("Aravis", "0.8")
+    except ValueError as missing:
+        pytest.skip(str(missing))
+    settings = PluginSettings(device="Fake_1", width=64, height=48, rate_hz=50.0)
+    capture = build_capture("aravis", settings, clock=MonotonicClock())
+    with CameraSource(capture, clock=MonotonicClock(), rate_hz=50.0, role="eye") as source:
+        for _ in range(500):
+            if source.health().values >= 20:
+                break
+            threading.Event().wait(0.01)
+        reading, health = source.latest(), source.health()
+    assert reading is not None
+    assert reading.value.left is not None
+    assert reading.value.left.shape == (48, 64)
+    assert reading.value.left.std() > 5  # it draws a ramp
+    assert health.rate_hz == pytest.approx(50.0, rel=0.3)
+    assert (health.drops, health.errors) == (0, 0)
+
+
 def test_a_plug_in_without_its_software_says_what_to_install() -> None:
     with pytest.raises(DeviceError, match="pip install no-such-camera"):
         import_sdk("no_such_camera_sdk", package="no-such-camera")
 
 
 def test_an_unknown_plug_in_names_the_nearest() -> None:
-    assert {"depthai", "realsense", "genicam"} <= set(plugin_names())
+    assert {"aravis", "depthai", "realsense", "genicam"} <= set(plugin_names())
     with pytest.raises(ConfigError, match="did you mean realsense"):
         build_capture("realsence", PluginSettings(), clock=ManualClock())
 

@@ -66,7 +66,7 @@ def test_the_wheels_do_what_is_commanded(*, records: bool) -> None:
     assert reading.value.right == pytest.approx(0.6 * 3.0 - 0.6**2 / 2, abs=0.05)
     assert reading.value.enabled
     assert reading.value.faults == ()
-    assert bench.drive.revision == "DMC4040 Rev 1.2d"
+    assert bench.drive.identity == "DMC4040 Rev 1.2d"
 
 
 def test_the_controller_stops_the_wheels_when_the_host_falls_silent() -> None:
@@ -243,6 +243,14 @@ def test_a_program_of_the_users_is_not_overwritten_unless_allowed(
     allowed = Bench(controller=controller, setup=GalilSetup(wheels=METRE, replace_program=True))
     allowed.run(1.0)
     assert allowed.drive.health().good
+
+
+@pytest.mark.parametrize("revision", ["DMC4040 Rev 1.2d", "DMC2280 Rev 1.0o-CM"])
+def test_controllers_are_known_by_their_revision(revision: str) -> None:
+    bench = Bench(controller=GalilEmulator(revision=revision))
+    bench.run(0.5)
+    assert bench.drive.health().good
+    assert bench.drive.identity == revision
 
 
 @pytest.mark.parametrize(

@@ -215,7 +215,7 @@ def test_commands_that_a_model_does_not_know_are_left_out() -> None:
     )
     bench = Bench(Cola(), Watched(answers=unknown))
     bench.first_scan()
-    assert bench.driver.identity == "scanner"
+    assert bench.driver.identity == ""
     assert bench.source.health().errors == 0
 
 

@@ -71,7 +71,10 @@ def test_the_scanner_is_found_at_any_speed_and_streams_at_the_one_asked_for(
     scan = bench.first_scan()
     assert scanner.baud == baud
     assert scan.ranges[180] == pytest.approx(4.0)
-    assert bench.driver.identity == "LMS200;30106x;V02.10"
+    assert bench.driver.identity == (
+        f"LMS200;30106x;V02.10, 180° in steps of 0.5°, mm, measuring mode 0x00, {baud} baud"
+    )
+    assert bench.driver.complaints == ()
     assert bench.now < 3.0
     bench.run(3.0)
     assert bench.source.health().rate_hz == pytest.approx(bench.driver.rate_hz, rel=0.05)

@@ -210,6 +210,7 @@ def test_half_a_value_from_before_the_line_was_lost_is_forgotten() -> None:
         (xsens.encode(xsens.GO_TO_MEASUREMENT), "FA FF 10 00 F1"),
         (xsens.encode(0x00), "FA FF 00 00 01"),
         (xsens.encode(0x3F), "FA FF 3F 00 C2"),
+        (sentence("HCHDM,182.3,M"), b"$HCHDM,182.3,M*21\r\n".hex()),
         (sentence("VNWRG,07,40"), "24 56 4E 57 52 47 2C 30 37 2C 34 30 2A 35 39 0D 0A"),
     ],
 )

@@ -60,6 +60,17 @@ class VideoSettings:
                 "must be 0 or more, and more than 0"
             )
 
+    @property
+    def of_device(self) -> list[str]:
+        """Names of what only a camera at this computer can be set to, and is."""
+        wanted = {
+            "width": self.width,
+            "format": self.pixel_format,
+            "exposure_ms": self.exposure_ms,
+            "gain": not math.isnan(self.gain),
+        }
+        return [name for name, value in wanted.items() if value]
+
 
 class Grabbing(Protocol):
     """A camera whose pictures are first grabbed, in an instant, and then decoded."""
@@ -103,6 +114,11 @@ class VideoDevice:
         self._clock = clock
         self._settings = settings or VideoSettings()
         self._stream = "://" in source
+        if self._stream and self._settings.of_device:
+            raise ConfigError(
+                f"{source}: {' and '.join(self._settings.of_device)} of a network camera cannot be "
+                "set from here; set it on the camera's own page"
+            )
         self._capture: cv2.VideoCapture | None = None
 
     def open(self) -> None:

@@ -16,6 +16,7 @@ from bearcub.errors import ConfigError, DeviceError
 
 GROUP = "bearcub.cameras"
 _OWN = {
+    "aravis": "bearcub.devices.cameras.aravis",
     "depthai": "bearcub.devices.cameras.depthai",
     "realsense": "bearcub.devices.cameras.realsense",
     "genicam": "bearcub.devices.cameras.genicam",
@@ -76,8 +77,15 @@ def build_capture(name: str, settings: PluginSettings, *, clock: Clock) -> Captu
     return build(settings, clock)
 
 
-def import_sdk(module: str, *, package: str) -> object:
+def import_sdk(module: str, *, package: str, install: str = "") -> object:
     """Return a maker's module, or say how to install it.
+
+    Parameters
+    ----------
+    module, package : str
+        Their names, which may differ.
+    install : str, optional
+        The command that installs it; by default that of pip.
 
     Raises
     ------
@@ -89,7 +97,7 @@ def import_sdk(module: str, *, package: str) -> object:
     except ImportError as error:
         raise DeviceError(
             f"this camera needs the package {package}, which cannot be imported ({error}); "
-            f"run: pip install {package}"
+            f"run: {install or f'pip install {package}'}"
         ) from error
 
 

@@ -52,7 +52,7 @@ class GalilDrive(Drive):
         return self._stream.name
 
     @property
-    def revision(self) -> str:
+    def identity(self) -> str:
         """The controller's model and firmware; empty before the first connection."""
         return self._driver.revision
 

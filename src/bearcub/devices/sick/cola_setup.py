@@ -143,7 +143,8 @@ class Cola:
         self._nearest = nearest
         self._changed = False  # whether it was asked to speak the other dialect
         self._counter: int | None = None
-        self.identity = "scanner"
+        self._model = "scanner"
+        self.identity = ""
         self.parser: Framer[Message] = parser()
 
     def value(self, telegram: Message) -> Measured[Scan] | None:
@@ -194,7 +195,7 @@ class Cola:
         answer = yield from self._ask("sMN", "SetAccessMode", ("u8", level), ("u32", password))
         if self._number(answer) != 1:
             raise DeviceError(
-                f"SICK {self.identity}: refuses the login as {self._access.name.lower()}; "
+                f"SICK {self._model}: refuses the login as {self._access.name.lower()}; "
                 "its password was changed, set it back in SOPAS"
             )
 
@@ -206,7 +207,7 @@ class Cola:
         if (yield from self._ask("sWN", "EIHstCola", ("u8", number), optional=True)) is not None:
             before, self._dialect = self._dialect, self._wanted
             raise DeviceError(
-                f"SICK {self.identity}: changes from {before.value} to {self._wanted.value}, "
+                f"SICK {self._model}: changes from {before.value} to {self._wanted.value}, "
                 "which needs a new connection"
             )
 
@@ -222,7 +223,7 @@ class Cola:
             ]
         except FormatError:
             return  # some models answer in a form of their own; it is only for messages
-        self.identity = " ".join(words)
+        self.identity = self._model = " ".join(words)
 
     def _wait_for(self, variable: str, state: int) -> _Steps[None]:
         """Wait until a variable, where it is known, says that the scanner is ready."""
@@ -234,12 +235,12 @@ class Cola:
                 return
             if variable == "SCdevicestate" and found == _ERROR_STATE:
                 raise DeviceError(
-                    f"SICK {self.identity}: reports an error ({variable} {found}); "
+                    f"SICK {self._model}: reports an error ({variable} {found}); "
                     "switch it off and on, or read its errors in SOPAS"
                 )
             yield Pause(_AGAIN)
         raise DeviceTimeout(
-            f"SICK {self.identity}: {variable} is {found} after {_READY:g} s, expected {state}"
+            f"SICK {self._model}: {variable} is {found} after {_READY:g} s, expected {state}"
         )
 
     def _choose_sweep(self) -> _Steps[None]:
@@ -257,7 +258,7 @@ class Cola:
                 )
                 if self._number(answer) != 0:
                     raise DeviceError(
-                        f"SICK {self.identity}: cannot scan at {sweep.scan_hz} Hz in steps of "
+                        f"SICK {self._model}: cannot scan at {sweep.scan_hz} Hz in steps of "
                         f"{sweep.step_deg} deg; choose a pair of its manual"
                     )
         found = yield from self._ask("sRN", "LMPoutputRange")
@@ -276,9 +277,9 @@ class Cola:
         yield from self._wait_for("STlms", _MEASURING)
         answer = yield from self._ask("sEN", NAME, ("u8", 1))
         if self._number(answer) != 1:
-            raise DeviceError(f"SICK {self.identity}: does not start to send; switch it off and on")
+            raise DeviceError(f"SICK {self._model}: does not start to send; switch it off and on")
         if (yield Ask(b"", _is_scan, _FIRST_SCAN)) is None:
-            raise DeviceTimeout(f"SICK {self.identity}: agreed to send scans and sends none")
+            raise DeviceTimeout(f"SICK {self._model}: agreed to send scans and sends none")
 
     def _ask(
         self, kind: str, name: str, *fields: Field, optional: bool = False
@@ -297,10 +298,9 @@ class Cola:
                 return answer
             if optional:
                 return None
-            raise DeviceError(f"SICK {self.identity}: refuses {kind} {name}: {answer.error}")
+            raise DeviceError(f"SICK {self._model}: refuses {kind} {name}: {answer.error}")
         raise DeviceTimeout(
-            f"SICK {self.identity}: no answer to {kind} {name}, {_TRIES} times; "
-            "switch it off and on"
+            f"SICK {self._model}: no answer to {kind} {name}, {_TRIES} times; switch it off and on"
         )
 
     def _number(self, answer: Message | None, kind: str = "u8") -> int:
@@ -315,7 +315,7 @@ class Cola:
             return tuple(fields.number(kind, f"argument {at}") for at, kind in enumerate(kinds, 1))
         except FormatError as error:
             raise DeviceError(
-                f"SICK {self.identity}: answers {answer.kind} {answer.name} "
+                f"SICK {self._model}: answers {answer.kind} {answer.name} "
                 f"{answer.arguments[:32]!r}: {error}"
             ) from error
 

@@ -21,6 +21,7 @@ from bearcub.devices.sick.lms2xx import (
     parser,
 )
 from bearcub.devices.sick.lms2xx_scan import MEASURING_MODES, Lms2xxSetting, decode_scan
+from bearcub.devices.sick.lms2xx_status import decode_errors, decode_status
 from bearcub.errors import ConfigError, DeviceError, DeviceTimeout, FormatError
 from bearcub.messages import Scan
 
@@ -34,6 +35,8 @@ START_CONTINUOUS = Telegram(0x20, b"\x24")
 STOP = Telegram(0x20, b"\x25")  # monitor on request
 ENTER_INSTALLATION = Telegram(0x20, b"\x00SICK_LMS")  # the maker's password
 READ_TYPE = Telegram(0x3A)
+READ_STATUS = Telegram(0x31)
+READ_ERRORS = Telegram(0x32)
 READ_CONFIG = Telegram(0x74)
 
 _SEARCH_ORDER = (9600, 38400, 19200, 500000)
@@ -85,6 +88,15 @@ class Lms2xx:
     ConfigError
         If the scanner cannot be set so.
 
+    Attributes
+    ----------
+    rate_hz : float
+        Scans per second to expect [Hz].
+    identity : str
+        Type, firmware and settings, once it has told them.
+    complaints : tuple of str
+        What it says is wrong with it, when it was first met.
+
     Notes
     -----
     Measuring mode and unit are kept in the scanner's EEPROM, so they are only written where they
@@ -117,7 +129,10 @@ class Lms2xx:
         self._setting = None if measuring_mode is None else self._wanted  # as far as known
         self._met = False  # has it ever answered? Then only a loss of power changes its speed
         self._talking = False  # to a scanner, which tells its measuring mode in time
+        self._introduced = False
+        self._model = ""
         self.identity = ""
+        self.complaints: tuple[str, ...] = ()
         self.parser = parser()
 
     @property
@@ -157,19 +172,21 @@ class Lms2xx:
         yield from self._find()
         yield from self._change_baud()
         identity = yield from self._ask(READ_TYPE, {Reply.TYPE}, "its type")
-        self.identity = identity.data.decode("ascii", "replace").strip()
+        self._model = identity.data.decode("ascii", "replace").strip()
+        self.identity = self.identity or self._model
         yield from self._configure()
         variant = set_variant(self._wanted.fov_deg, self._wanted.resolution_deg)
         answer = yield from self._ask(variant, {Reply.VARIANT}, "its field of view")
         if answer.data[:5] != b"\x01" + variant.data:
             raise DeviceError(
-                f"LMS2xx {self.identity}: cannot scan {self._wanted.fov_deg} deg in steps of "
+                f"LMS2xx {self._model}: cannot scan {self._wanted.fov_deg} deg in steps of "
                 f"{self._wanted.resolution_deg} deg; choose another field of view or resolution"
             )
+        yield from self._introduce()
         yield from self._change_mode(START_CONTINUOUS, "continuous output")
         first = yield Ask(b"", _is_scan, _FIRST_SCAN + 2 / self.rate_hz)
         if first is None:
-            raise DeviceTimeout(f"LMS2xx {self.identity}: agreed to send scans and sends none")
+            raise DeviceTimeout(f"LMS2xx {self._model}: agreed to send scans and sends none")
 
     def _find(self) -> _Steps[None]:
         """Set the line to the scanner's speed, which may be any, and end its stream."""
@@ -207,6 +224,30 @@ class Lms2xx:
             )
         self._baud = self._stream_baud
 
+    def _introduce(self) -> _Steps[None]:
+        """Ask for status and errors, once; a scanner that does not tell is none the worse."""
+        if self._introduced:
+            return
+        self._introduced = True
+        for command, reply in ((READ_STATUS, Reply.STATUS), (READ_ERRORS, Reply.ERRORS)):
+            try:
+                answer = yield from self._ask(command, {reply}, "how it is", tries=1)
+                self._take_status(answer)
+            except (DeviceError, FormatError):
+                continue
+
+    def _take_status(self, answer: Telegram) -> None:
+        if answer.command == Reply.ERRORS:
+            self.complaints += tuple(
+                f"error {number} of type {kind}" for kind, number in decode_errors(answer)
+            )
+            return
+        status = decode_status(answer)
+        if status.settings is not None:
+            self.identity = f"{self._model}, {status.settings}"
+        if status.defective:
+            self.complaints += ("reports a fault of its own",)
+
     def _configure(self) -> _Steps[None]:
         """Write what differs from what is wanted; `value` hears the result."""
         config = yield from self._read_config()
@@ -224,12 +265,12 @@ class Lms2xx:
             config = yield from self._read_config()
             if config != wanted:
                 raise DeviceError(
-                    f"LMS2xx {self.identity}: keeps measuring mode 0x{config[_MODE_OF_CONFIG]:02X} "
+                    f"LMS2xx {self._model}: keeps measuring mode 0x{config[_MODE_OF_CONFIG]:02X} "
                     f"and unit {config[_UNIT_OF_CONFIG]}; leave both as they are in the scanner"
                 )
         if config[_MODE_OF_CONFIG] not in MEASURING_MODES:
             raise DeviceError(
-                f"LMS2xx {self.identity}: measuring mode 0x{config[_MODE_OF_CONFIG]:02X} has no "
+                f"LMS2xx {self._model}: measuring mode 0x{config[_MODE_OF_CONFIG]:02X} has no "
                 "distances that are known; set measuring_mode to 0"
             )
 
@@ -237,7 +278,7 @@ class Lms2xx:
         answer = yield from self._ask(READ_CONFIG, {Reply.CONFIG}, "its configuration")
         if len(answer.data) <= _UNIT_OF_CONFIG:
             raise DeviceError(
-                f"LMS2xx {self.identity}: a configuration of {len(answer.data)} bytes, "
+                f"LMS2xx {self._model}: a configuration of {len(answer.data)} bytes, "
                 "expected 32 or 34"
             )
         return answer.data
@@ -246,7 +287,7 @@ class Lms2xx:
         answer = yield from self._ask(command, {Reply.MODE}, purpose)
         if answer.data[:1] != b"\x00":
             raise DeviceError(
-                f"LMS2xx {self.identity}: refuses {purpose}, code {answer.data.hex()}; "
+                f"LMS2xx {self._model}: refuses {purpose}, code {answer.data.hex()}; "
                 "expected 00, 01 is a wrong password"
             )
 
@@ -274,13 +315,13 @@ class Lms2xx:
             elif answer is not None:
                 if answer.command == Reply.REJECTED:
                     raise DeviceError(
-                        f"LMS2xx {self.identity}: rejects {purpose} "
+                        f"LMS2xx {self._model}: rejects {purpose} "
                         f"(command 0x{command.command:02X}) in its present state; "
                         "switch it off and on"
                     )
                 return answer
         raise DeviceTimeout(
-            f"LMS2xx {self.identity}: no answer when asked for {purpose} "
+            f"LMS2xx {self._model}: no answer when asked for {purpose} "
             f"(command 0x{command.command:02X}, tried {tries} times)"
         )
 
