@@ -226,7 +226,13 @@ class ObstacleStage:
                 )
             ):
                 found.append((extent, member))
-        whole = self._with_feet([f for f in found if not any(_beyond(f[0], r) for r in rising)])
+        whole = self._with_feet(
+            [
+                (extent, member)
+                for extent, member in found
+                if extent.lowest < self.clearance or not any(_beyond(extent, r) for r in rising)
+            ]
+        )
         identities = np.zeros(segments.count + 1, dtype=np.int32)
         obstacles = []
         for identity, (extent, member, feet) in enumerate(whole, start=1):
@@ -362,13 +368,9 @@ class ObstacleStage:
 
 
 def _beyond(extent: Extent, ramp: Extent) -> bool:
-    """Tell what hangs in the air behind the foot of a long ramp: the rest of the ramp."""
+    """Tell what is behind the foot of a long ramp, of what hangs in the air: the ramp goes on."""
     aside = abs(extent.bearing - ramp.bearing) * extent.distance
-    return (
-        extent.lowest > ramp.top / 2
-        and extent.distance > ramp.distance
-        and aside < 0.5 * (extent.width + ramp.width)
-    )
+    return extent.distance > ramp.distance and aside < 0.5 * (extent.width + ramp.width)
 
 
 def _mixed(d: Float32, segments: Segments, member: Member) -> bool:
