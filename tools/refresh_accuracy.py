@@ -118,7 +118,34 @@ SHOWN = (
 )
 """The rows whose worst and best frame are shown: how their pictures' names begin, and a title."""
 
-CAUSES: dict[str, str] = {}
+CAUSES: dict[str, str] = {
+    "Large obstacles: recall": (
+        "Dusk: the dark box has no match (grey: unseen, not free); those behind rise less than the "
+        "noise of the floor around them."
+    ),
+    "False obstacles on empty floor": (
+        "A patch of far floor that errs together, which the images do not contradict."
+    ),
+    "Holes: recall": (
+        "The pit leaves the image at the bottom: no floor in view borders its near side, and "
+        "without it no pit is told."
+    ),
+    "Distance to 4 m": (
+        "Dusk: of the plate only a stripe is matched, at a disparity that its dark neighbourhood "
+        "pulls."
+    ),
+    "Attitude": (
+        "The floor in view is the ramp, and the height it implies is too close to the mount's to "
+        "tell it from a wrong tilt reading."
+    ),
+    "Slope": "Dusk: little floor is matched, and the profile rests on a few noisy patches.",
+    "Walls and banks": (
+        "The bank begins where the floor comes into view: there is no floor to tell its foot from."
+    ),
+    "Table and branch": (
+        "The matcher fills the gap between the legs, and what it puts there joins the top."
+    ),
+}
 """A sentence on why the worst frame of a row is bad, by the row's title; written after a look."""
 
 
