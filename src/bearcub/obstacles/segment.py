@@ -1,14 +1,15 @@
 """From pixels that stand above the floor to separate things, in the column histogram."""
 
+import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from bearcub.geometry import Float64, Projection
-from bearcub.messages import Bool, Int32
+from bearcub.messages import Bool, Int32, UInt8
 from bearcub.obstacles.histograms import Levels, column_histogram
 from bearcub.obstacles.sorting import Sorter, Sorting
 
@@ -211,24 +212,10 @@ def segment(
         width=wide,
         gap=(gap_columns + 1) // step,
     )
-    components, things = peaks.components(cell[tall & ~overhead])
-    number = cv2.dilate(components, _FOOT[step]).ravel().take(cell)
-    for rest in (~overhead, overhead):
-        loose = np.flatnonzero((number == 0) & rest)
-        if len(loose) * step**2 >= least_pixels:
-            others, more = peaks.components(cell[loose])
-            found = others.ravel().take(cell[loose])
-            number[loose] = np.where(found > 0, found + np.uint16(things), 0)
-            things += more
-    labels = empty.labels
-    labels.ravel()[index] = number
-    return Segments(
-        labels=labels,
-        count=things,
-        step=step,
-        nearest_level=nearest_level,
-        farthest_level=farthest_level,
-    )
+    least = max(1, math.ceil(least_pixels / step**2))
+    number, things = peaks.numbers(cell, tall, overhead, foot=_FOOT[step], least=least)
+    empty.labels.ravel()[index] = number
+    return replace(empty, count=things)
 
 
 def _thinned(count: int) -> int:
@@ -264,6 +251,26 @@ class _PeakFinder:
     least_rows: Float64
     width: int
     gap: int
+
+    def numbers(
+        self, cell: Int32, tall: Bool, overhead: Bool, *, foot: UInt8, least: int
+    ) -> tuple["NDArray[np.uint16]", int]:
+        """Return the number of every pixel's peak, 0 for none, and how many there are.
+
+        What is tall and not overhead comes first, with the `foot` of cells around it; then the
+        rest of what stands, and of what hangs, where at least so many pixels are left.
+        """
+        components, things = self.components(cell[tall & ~overhead])
+        around = np.asarray(cv2.dilate(components, foot), dtype=np.uint16)
+        number = around.ravel().take(cell)
+        for rest in (~overhead, overhead):
+            loose = np.flatnonzero((number == 0) & rest)
+            if len(loose) >= least:
+                others, more = self.components(cell[loose])
+                found = others.ravel().take(cell[loose])
+                number[loose] = np.where(found > 0, found + np.uint16(things), 0)
+                things += more
+        return number, things
 
     def components(self, cell: Int32) -> tuple["NDArray[np.uint16]", int]:
         """Return the numbered peaks of the histogram of `cell`, and how many there are."""
