@@ -14,6 +14,7 @@ References
    flat road geometry through v-disparity representation", IEEE IV 2002, is the case roll = 0.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,7 +44,7 @@ def rotation(*, roll: float, pitch: float) -> Float64:
     >>> (nose_down @ [1, 0, 0]).round(6) + 0.0
     array([ 0.,  0., -1.])
     """
-    sr, cr, sp, cp = np.sin(roll), np.cos(roll), np.sin(pitch), np.cos(pitch)
+    sr, cr, sp, cp = math.sin(roll), math.cos(roll), math.sin(pitch), math.cos(pitch)
     return np.array([[cp, sp * sr, sp * cr], [0.0, cr, -sr], [-sp, cp * sr, cp * cr]])
 
 
@@ -72,13 +73,14 @@ class Attitude:
 
     def down(self) -> Float64:
         """Return the unit vector to the ground in the optical axes of a camera so inclined."""
-        return down_vector(roll=self.roll, pitch=self.pitch)
+        cp = math.cos(self.pitch)
+        return np.array([math.sin(self.roll) * cp, math.cos(self.roll) * cp, math.sin(self.pitch)])
 
     @classmethod
     def from_down(cls, down: Float64) -> "Attitude":
         """Return the attitude of a camera that sees the ground in direction `down` (optical)."""
-        x, y, z = np.asarray(down, dtype=np.float64) / np.linalg.norm(down)
-        return cls(roll=float(np.arctan2(x, y)), pitch=float(np.arcsin(np.clip(z, -1.0, 1.0))))
+        x, y, z = (float(value) for value in down)
+        return cls(roll=math.atan2(x, y), pitch=math.atan2(z, math.hypot(x, y)))
 
 
 def camera_attitude(*, body: Attitude, mount: Attitude) -> Attitude:
@@ -122,12 +124,17 @@ def base_from_optical(down: Float64, forward: Float64) -> Float64:
     ndarray of float64, shape (3, 3)
         Rows are x ahead, y left and z up of the level frame in optical axes.
     """
-    up = -np.asarray(down, dtype=np.float64) / np.linalg.norm(down)
-    ahead = forward - (forward @ up) * up
-    x, y, z = ahead / np.linalg.norm(ahead)
-    a, b, c = up
+    a, b, c = _unit(-down)
+    up = np.array([a, b, c])
+    x, y, z = _unit(forward - (forward @ up) * up)
     left = (b * z - c * y, c * x - a * z, a * y - b * x)  # up x ahead
     return np.array([(x, y, z), left, (a, b, c)])
+
+
+def _unit(vector: Float64) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in vector)
+    length = math.hypot(x, y, z)
+    return x / length, y / length, z / length
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -166,12 +173,12 @@ class Projection:
 
         The inverse of `plane`. The height is NaN where the plane is no floor (all zero).
         """
-        a, b, c = plane
-        scaled = np.array([a, b * self.fy / self.fx, (c + a * self.cx + b * self.cy) / self.fx])
-        norm = float(np.linalg.norm(scaled))
+        a, b, c = (float(value) for value in plane)
+        y, z = b * self.fy / self.fx, (c + a * self.cx + b * self.cy) / self.fx
+        norm = math.hypot(a, y, z)
         if norm == 0.0:
-            return float("nan"), np.array([0.0, 1.0, 0.0])
-        return self.baseline / norm, scaled / norm
+            return math.nan, np.array([0.0, 1.0, 0.0])
+        return self.baseline / norm, np.array([a, y, z]) / norm
 
     def points(self, u: Float64, v: Float64, disparity: Float64) -> Float64:
         """Return optical coordinates [m] of pixels; disparity 0 gives inf, NaN gives NaN.

@@ -8,6 +8,7 @@ import pytest
 
 from bearcub.ground import floor_disparity
 from bearcub.ground.profile import follow_floor
+from bearcub.ground.surface import Surface
 from bearcub.messages import Answer, Float32, Float64, Ground, Pixel
 from bearcub.rig import Rig
 from bearcub.sim import Rendered, scenes
@@ -59,6 +60,22 @@ def test_bend_is_added_by_the_planes_own_disparity_and_linear_between_knots() ->
     # level 2 lies 10 rows higher 40 columns to the right
     assert added[192, 39] == pytest.approx(0.5, abs=0.06)
     assert 0 <= added[12, 0] <= 1.0  # farther than the last knot: no more than there
+
+
+def test_lift_is_the_height_of_the_floor_where_it_has_a_disparity() -> None:
+    # a floor of 6 px where the plane has 5 px lies 1.2 (1 - 5 / 6) = 0.2 m higher: a step up
+    bent = replace(
+        PLANE,
+        knots=np.array([1.0, 5.0, 6.0, 8.0]),
+        bend=np.array([0.2, 1.0, 0.0, 0.0]),
+        knot_noise=np.full(4, 0.2),
+    )
+    surface = Surface.of(bent, (600, 400))
+    assert surface.lift(5.9) == pytest.approx(0.2, abs=0.01)
+    assert surface.lift(6.0) == pytest.approx(0.0, abs=0.01)  # at its face, the floor before it
+    assert surface.lift(8.0) == pytest.approx(0.0, abs=0.01)
+    assert surface.lift(0.0) == 0.0
+    assert Surface.of(PLANE, (600, 400)).lift(5.0) == pytest.approx(0.0, abs=1e-6)
 
 
 def bends(frame: Rendered, rig: Rig, plane: Float64) -> tuple[Float64, Float64]:

@@ -25,7 +25,7 @@ _TRIPLES = 200
 _SCORED = 700  # pixels a proposal is scored on
 _FINALISTS = 16  # proposals that are scored on all of these
 _REFINED = 4200  # pixels the refinement uses
-_ANNEAL = (0.6, 0.4)  # assumed noise while the refinement closes in [px]
+_ANNEAL = (0.5,)  # assumed noise while the refinement closes in [px]
 _NOISE = (0.1, 0.6)  # least and largest noise of a pixel that the refinement believes [px]
 _REMOTE = 0.15  # loss of a plane one sigma from the prior, as a share of its score
 _BELOW = 0.5  # what a pixel below the plane costs, in supporting pixels
@@ -71,12 +71,13 @@ class PlaneFit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Pixels:
-    """A grid of measured pixels: homogeneous coordinates (3, N) and disparities (N,)."""
+    """A grid of measured pixels: homogeneous coordinates (3, N), disparities (N,), its area."""
 
     uv1: Float64
     d: Float64
     floorlike: Bool
     stride: int
+    area: float
 
 
 def fit_plane(
@@ -138,9 +139,15 @@ def _sample(disparity: Float32, projection: Projection, prior: Prior) -> _Pixels
     floorlike = (climb > 0.3 * expected) & (climb < 3.0 * expected)
     index = np.flatnonzero(d > 0)  # NaN compares false
     v, u = np.divmod(index, d.shape[1])
-    uv1 = np.stack([u * stride + first, v * stride + reach, np.ones_like(u)]).astype(np.float64)
-    measured = d.ravel()[index].astype(np.float64)
-    return _Pixels(uv1=uv1, d=measured, floorlike=floorlike.ravel()[index], stride=stride)
+    uv1 = np.empty((3, len(index)))
+    uv1[0], uv1[1], uv1[2] = u * stride + first, v * stride + reach, 1.0
+    return _Pixels(
+        uv1=uv1,
+        d=d.ravel()[index].astype(np.float64),
+        floorlike=floorlike.ravel()[index],
+        stride=stride,
+        area=float(d.size * stride**2),
+    )
 
 
 def _prior_planes(projection: Projection, prior: Prior) -> Float64:
@@ -163,7 +170,7 @@ def _triples(pixels: _Pixels, seed: int) -> Float64:
     d = pixels.d[pick]
     (u1, u2), (v1, v2), (d1, d2) = u[1:] - u[0], v[1:] - v[0], d[1:] - d[0]
     area = u1 * v2 - u2 * v1
-    wide = np.abs(area) > 0.02 * np.ptp(pixels.uv1[0]) * np.ptp(pixels.uv1[1])
+    wide = np.abs(area) > 0.02 * pixels.area
     area = np.where(wide, area, 1.0)
     a, b = (d1 * v2 - d2 * v1) / area, (u1 * d2 - u2 * d1) / area
     planes: Float64 = np.stack([a, b, d[0] - a * u[0] - b * v[0]])[:, wide].T
@@ -175,24 +182,16 @@ def _within(
 ) -> tuple["np.ndarray[tuple[int], np.dtype[np.bool_]]", Float64]:
     """Tell which planes lie within the gates, and how far each is from the prior (z squared)."""
     p = projection
-    scaled = np.stack(
-        [
-            planes[:, 0],
-            planes[:, 1] * p.fy / p.fx,
-            (planes[:, 2] + planes[:, 0] * p.cx + planes[:, 1] * p.cy) / p.fx,
-        ],
-        axis=1,
-    )
-    norm = np.maximum(np.linalg.norm(scaled, axis=1), 1e-12)
-    down = scaled / norm[:, None]
-    log_height = np.log(p.baseline / norm / prior.height)
-    pitch = np.arcsin(np.clip(down[:, 2], -1, 1)) - prior.pitch
-    roll = np.arctan2(down[:, 0], down[:, 1]) - prior.roll
-    allowed = (
-        (np.abs(log_height) < np.log(gates.height))
-        & (np.abs(pitch) < gates.pitch)
-        & (np.abs(roll) < gates.roll)
-    )
+    a, b, c = planes.T
+    x, y, z = a, b * (p.fy / p.fx), (c + a * p.cx + b * p.cy) * (1 / p.fx)
+    across = x * x + y * y
+    norm = np.sqrt(np.maximum(across + z * z, 1e-24))
+    log_height = np.log(p.baseline / prior.height / norm)
+    pitch = np.arctan2(z, np.sqrt(across)) - prior.pitch
+    roll = np.arctan2(x, y) - prior.roll
+    allowed = np.abs(log_height) < math.log(gates.height)
+    allowed &= np.abs(pitch) < gates.pitch
+    allowed &= np.abs(roll) < gates.roll
     share = max(prior.sigma[0] / prior.height, 0.05)
     z2 = (log_height / share) ** 2 + (pitch / prior.sigma[1]) ** 2 + (roll / prior.sigma[2]) ** 2
     return allowed, z2
@@ -203,16 +202,17 @@ def _best(pixels: _Pixels, planes: Float64, belief: Float64, bump: float) -> tup
 
     All proposals run on few pixels, the better ones again on many.
     """
-    scores = belief * _scores(pixels, planes, bump, _SCORED // 5)
+    nearest = quantile(pixels.d, 0.98)
+    scores = belief * _scores(pixels, planes, bump, nearest, _SCORED // 5)
     if len(planes) > _FINALISTS:
         finalists = np.argpartition(scores, -_FINALISTS)[-_FINALISTS:]
         planes, belief = planes[finalists], belief[finalists]
-    scores = belief * _scores(pixels, planes, bump, _SCORED)
+    scores = belief * _scores(pixels, planes, bump, nearest, _SCORED)
     best = int(np.argmax(scores))
     return planes[best], float(scores[best])
 
 
-def _scores(pixels: _Pixels, planes: Float64, bump: float, count: int) -> Float64:
+def _scores(pixels: _Pixels, planes: Float64, bump: float, nearest: float, count: int) -> Float64:
     """Count for each plane the pixels on it, less a share of those below it."""
     step = max(1, len(pixels.d) // count)
     d = pixels.d[::step].astype(np.float32)
@@ -221,8 +221,8 @@ def _scores(pixels: _Pixels, planes: Float64, bump: float, count: int) -> Float6
     floor = planes.astype(np.float32) @ uv1
     residual = (d - floor) * (1 / (0.6 + bump * d))
     # the floor just ahead counts most: what lies beyond may be another one
-    floor *= np.float32(1 / quantile(d, 0.98))
-    close = np.clip(floor, 0, 1, out=floor)
+    floor *= np.float32(1 / nearest)
+    close = np.maximum(np.minimum(floor, 1, out=floor), 0, out=floor)
     support = np.maximum(1.0 - residual * residual, 0.0)
     support -= np.float32(_BELOW) * (residual < -1.5)
     total: Float64 = np.einsum("ij,ij->i", close, support).astype(np.float64)
@@ -266,10 +266,9 @@ def _refine(
         plane = np.asarray(solved, dtype=np.float64)
         scale = 1.4826 * _weighted_median(np.abs(residual[inside]), aside[inside])
         scale = min(max(scale, _NOISE[0]), _NOISE[1])
-    allowed, _ = _within(plane[None], projection, prior, gates)
-    if not allowed[0]:
+    if not _within(plane[None], projection, prior, gates)[0][0]:
         return None
-    return _summary(pixels, plane, scale, weight * variance, bump)
+    return _summary(pixels, plane, scale, weight * variance, bump, nearest)
 
 
 def _weighted_median(values: Float64, weights: Float64) -> float:
@@ -285,13 +284,18 @@ def _nearest(floor: Float64, off: Float64) -> float:
 
 
 def _summary(
-    pixels: _Pixels, plane: Float64, scale: float, weight: Float64, bump: float
+    pixels: _Pixels,
+    plane: Float64,
+    scale: float,
+    weight: Float64,
+    bump: float,
+    nearest: float,
 ) -> PlaneFit:
     floor = plane @ pixels.uv1
     residual = pixels.d - floor
     variance = scale**2 + (0.5 * bump * pixels.d) ** 2
     off = residual * residual / variance
-    here = floor > _NEAR * _nearest(floor, off)
+    here = floor > _NEAR * nearest
     on = int(np.count_nonzero(here & (off < 9.0)))
     above = int(np.count_nonzero(here & (off >= 9.0) & (residual > 0)))
     normal = (pixels.uv1 * (weight / variance)) @ pixels.uv1.T

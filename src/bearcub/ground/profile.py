@@ -27,7 +27,7 @@ _NEAR_BINS = 40  # most of the narrow ones
 _APART = 256.0  # of the bins in a key that sorts by bin, then residual: more than any residual [px]
 _IQR = 0.7413  # 1-sigma over the interquartile range of a normal distribution
 _FARTHEST = 1.0  # least disparity of the floor that is followed [px]
-_ROWS, _COLUMNS = 160, 80  # of the image that are looked at: far levels lie in few rows
+_ROWS, _COLUMNS = 160, 64  # of the image that are looked at: far levels lie in few rows
 _HALF_WIDTH = 2.0  # of the way ahead [m]
 _LEAST = 12  # pixels of a bin
 _SHARE = 0.25  # of a bin's pixels that must lie on the profile
@@ -145,15 +145,13 @@ def follow_floor(
 def _edges(nearest: float) -> Float64:
     """Return the edges of the bins [px], ascending: narrow near ahead, where steps are seen."""
     knee = min(_KNEE, nearest / _FAR_BIN)
-    near = int(np.clip(math.log(nearest / knee) / math.log(_NEAR_BIN), 4, _NEAR_BINS))
-    far = max(1, round(math.log(knee / _FARTHEST) / math.log(_FAR_BIN)))
-    growth = np.concatenate(
-        [
-            np.linspace(math.log(_FARTHEST), math.log(knee), far, endpoint=False),
-            np.linspace(math.log(knee), math.log(nearest), near + 1),
-        ]
-    )
-    edges: Float64 = np.exp(growth)
+    to_knee, beyond = math.log(knee / _FARTHEST), math.log(nearest / knee)
+    near = min(max(int(beyond / math.log(_NEAR_BIN)), 4), _NEAR_BINS)
+    far = max(1, round(to_knee / math.log(_FAR_BIN)))
+    growth = np.empty(far + near + 1)
+    growth[:far] = np.arange(far) * (to_knee / far)
+    growth[far:] = to_knee + np.arange(near + 1) * (beyond / near)
+    edges: Float64 = _FARTHEST * np.exp(growth)
     return edges
 
 
@@ -234,11 +232,11 @@ def _samples(
     d = disparity[v[0] :: down, u[0] :: right]
     level = plane[1] * v[:, None] + (plane[0] * u + plane[2])[None, :]
     ahead = level > _FARTHEST
-    valid = np.isfinite(d) & ahead
-    share = max(1, int(np.sum(valid))) / max(1, int(np.sum(ahead)))
-    lateral = np.broadcast_to((u - projection.cx)[None, :], d.shape)[valid]
-    level = level[valid]
-    return level, d[valid] - level, lateral * projection.baseline / level, share
+    index = np.flatnonzero(np.isfinite(d) & ahead)
+    share = max(1, len(index)) / max(1, int(np.count_nonzero(ahead)))
+    lateral = (u - projection.cx)[index % len(u)] * projection.baseline
+    level = level.ravel()[index]
+    return level, d.ravel()[index] - level, lateral / level, share
 
 
 class _Tracker:
@@ -365,8 +363,8 @@ def _never_better_far(noises: Float64) -> Float64:
 
     A hole lies below the floor as noise does; unlike noise it is there in few bins only.
     """
-    padded = np.concatenate([noises[:1].repeat(3), noises, noises[-1:].repeat(3)])
-    typical = np.sort(np.lib.stride_tricks.sliding_window_view(padded, 7), axis=1)[:, 3]
+    around = np.arange(-3, 4)[:, None] + np.arange(len(noises))[None, :]
+    typical = np.sort(noises.take(around, mode="clip"), axis=0)[3]
     return np.minimum(_smooth(noises), 1.5 * np.minimum.accumulate(typical))
 
 

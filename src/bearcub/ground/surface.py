@@ -70,17 +70,28 @@ class Surface:
         return level
 
     def entry(self, level: Float32) -> Index:
-        """Return where the tables hold what belongs to `level`."""
+        """Return where the tables hold what belongs to `level`; above the horizon below 0."""
         scaled = level * np.float32(_STEPS)
         scaled += np.float32(0.5)
-        entry: Index = np.maximum(scaled, 0, out=scaled).astype(np.int64)
-        return entry
+        return scaled.astype(np.int64)
+
+    @staticmethod
+    def look_up(table: Float32, entry: Index) -> Float32:
+        """Return what a table by level holds at entries; its first at those above the horizon."""
+        return table.take(entry, mode="clip")
 
     def at(self, u: Index, v: Index) -> Float32:
         """Return the floor's disparity [px] at pixels; zero or less above the horizon."""
         level = self.level(u, v)
-        level += self.bend.take(self.entry(level))
+        level += self.look_up(self.bend, self.entry(level))
         return level
+
+    def lift(self, disparity: float) -> float:
+        """Return how high above the plane the floor lies [m] where it has this disparity [px]."""
+        # a step up is the floor before it: disparity does not fall towards the robot
+        floor = np.maximum.accumulate(self.levels + self.bend)
+        level = float(np.interp(disparity, floor, self.levels))
+        return self.height * (1 - level / disparity) if disparity > 0 else 0.0
 
 
 def floor_disparity(ground: Ground, shape: tuple[int, int]) -> Float32:

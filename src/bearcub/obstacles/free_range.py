@@ -146,8 +146,8 @@ def _seen_until(
     seen = np.zeros((count, _CELLS + _GAP), dtype=bool)
     seen.ravel()[sector[near] * seen.shape[1] + np.maximum(cell, 0).astype(np.int64)] = True
     first = seen.argmax(axis=1)
-    windows = np.lib.stride_tricks.sliding_window_view(seen, _GAP, axis=1)
-    gaps = ~windows.any(axis=2) & (np.arange(windows.shape[1])[None, :] > first[:, None])
+    gaps = ~(seen[:, :-2] | seen[:, 1:-1] | seen[:, 2:])  # as long as _GAP
+    gaps &= np.arange(gaps.shape[1])[None, :] > first[:, None]
     end = np.where(gaps.any(axis=1), gaps.argmax(axis=1), _CELLS)
     ends = np.minimum(_NEAREST * np.exp(end * growth), farthest)
     return np.where(seen.any(axis=1), ends, math.nan)

@@ -195,13 +195,16 @@ def _regions(below: Bool, sorter: Sorter, step: int) -> Iterator[Region]:
     height, width = sorter.disparity.shape
     side = {1: 7, 2: 5}.get(step, 3)
     closed = cv2.morphologyEx(below.view(np.uint8), cv2.MORPH_CLOSE, _CLOSING[:side, :side])
-    count, parts, stats, _ = cv2.connectedComponentsWithStatsWithAlgorithm(
-        closed, 8, cv2.CV_32S, cv2.CCL_SAUF
-    )
-    for number in range(1, count):
-        left, top, wide, high = (step * int(value) for value in stats[number][:4])
-        area = step**2 * int(stats[number][cv2.CC_STAT_AREA])
-        if area < _LEAST_PIXELS or wide < _LEAST_COLUMNS or high < _LEAST_ROWS:
+    _, parts = cv2.connectedComponents(closed, connectivity=8, ltype=cv2.CV_16U)
+    index = np.flatnonzero(parts)
+    numbers = parts.ravel()[index]
+    areas = step**2 * np.bincount(numbers)
+    for number in np.flatnonzero(areas >= _LEAST_PIXELS):
+        area = int(areas[number])
+        v, u = np.divmod(index[numbers == number], parts.shape[1])
+        left, top = step * int(u.min()), step * int(v[0])
+        wide, high = step * (int(u.max()) + 1) - left, step * (int(v[-1]) + 1) - top
+        if wide < _LEAST_COLUMNS or high < _LEAST_ROWS:
             continue
         margin = max(8, wide // 3, high // 2)
         first, last = max(0, top - margin), min(height, top + high + margin)

@@ -103,8 +103,8 @@ class Sorter:
         disparity = np.ascontiguousarray(self.disparity[rows, columns])
         floor = self.surface.level(u[None, :], v[:, None])
         entry = self.surface.entry(floor)
-        floor += self.surface.bend.take(entry)
-        allowed = self.tolerance.take(entry)
+        floor += self.surface.look_up(self.surface.bend, entry)
+        allowed = self.surface.look_up(self.tolerance, entry)
         residual = disparity - floor
         floor_here = floor > self.farthest_level
         on_floor = np.abs(residual) <= allowed  # NaN compares false
@@ -126,8 +126,9 @@ class Sorter:
     def noise_of(self, part: Sorting) -> Float32:
         """Return the 1-sigma of a pixel of floor [px] at every pixel of a part."""
         level = self.surface.level(part.u[None, :], part.v[:, None])
-        return self.surface.noise.take(self.surface.entry(level))
+        return self.surface.look_up(self.surface.noise, self.surface.entry(level))
 
     def tolerance_at(self, u: Index, v: Index) -> Float32:
         """Return how far from the floor pixels may lie and still be floor [px]."""
-        return self.tolerance.take(self.surface.entry(self.surface.level(u, v)))
+        entry = self.surface.entry(self.surface.level(u, v))
+        return self.surface.look_up(self.tolerance, entry)

@@ -49,21 +49,18 @@ def lie_of_the_land(
         return Terrain(slope=nan, cross_slope=nan, sigma=nan, roughness=nan, reference=reference)
     turn = np.eye(3) if gravity is None else _level_from_base(view, ground, gravity)
     x, z, sigma_z = _profile_ahead(view, ground, turn)
-    slope, sigma = _rise(x, z, sigma_z, *_BAND)
-    if math.isnan(slope):
-        sigma = nan
-    bands = []
-    for start in np.arange(_BAND[0], _BAND[1], _STEP):
-        inclination, doubt = _rise(x, z, sigma_z, start, start + _STEP)
-        if doubt < _DOUBTFUL:
-            bands.append(
-                SlopeBand(
-                    start=float(start),
-                    end=float(start + _STEP),
-                    slope=inclination,
-                    sigma=math.hypot(doubt, ground.sigma_pitch),
-                )
-            )
+    starts = np.arange(_BAND[0], _BAND[1], _STEP)
+    slopes, doubts = _rises(
+        x, z, sigma_z, np.append(starts, _BAND[0]), np.append(starts + _STEP, _BAND[1])
+    )
+    slope, sigma = slopes.pop(), doubts.pop()
+    bands = [
+        SlopeBand(
+            start=start, end=start + _STEP, slope=rise, sigma=math.hypot(doubt, ground.sigma_pitch)
+        )
+        for start, rise, doubt in zip(starts.tolist(), slopes, doubts, strict=True)
+        if doubt < _DOUBTFUL
+    ]
     up = turn[2] @ np.array([0.0, 1.0, 0.0])  # the ground's left, seen from the level frame
     return Terrain(
         slope=slope,
@@ -97,19 +94,20 @@ def _profile_ahead(view: View, ground: Ground, turn: Float64) -> tuple[Float64, 
     return ahead, points[:, 2], sigma
 
 
-def _rise(x: Float64, z: Float64, sigma: Float64, start: float, end: float) -> tuple[float, float]:
-    """Return the mean slope from `start` to `end` and its 1-sigma [rad]; NaN where not seen.
+def _rises(
+    x: Float64, z: Float64, sigma: Float64, start: Float64, end: Float64
+) -> tuple[list[float], list[float]]:
+    """Return the mean slopes from `start` to `end` and their 1-sigmas [rad]; NaN where not seen.
 
     A missing third of the way at either end is made up for by the rest.
     """
     slack = (end - start) / 3
-    if x[0] > start + slack or x[-1] < end - slack:
-        return math.nan, math.inf
-    first, last = max(start, float(x[0])), min(end, float(x[-1]))
-    run = last - first
-    rise = np.interp(last, x, z) - np.interp(first, x, z)
-    doubt = math.hypot(np.interp(first, x, sigma), np.interp(last, x, sigma)) / run
-    return math.atan2(rise, run), doubt
+    seen = (x[0] <= start + slack) & (x[-1] >= end - slack)
+    edges = np.stack([np.maximum(start, x[0]), np.minimum(end, x[-1])])
+    run = np.where(seen, edges[1] - edges[0], math.nan)
+    height, doubt = np.interp(edges, x, z), np.interp(edges, x, sigma)
+    slope = np.arctan2(height[1] - height[0], run)
+    return slope.tolist(), (np.hypot(*doubt) / run).tolist()
 
 
 def _roughness(sorting: Sorting, view: View, ground: Ground) -> float:
