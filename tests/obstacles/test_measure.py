@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bearcub.geometry import Attitude, Projection, base_from_optical, forward_in_camera
+from bearcub.ground.surface import Surface
 from bearcub.obstacles.measure import Extent, View, measure
 
 LEVEL = Attitude(roll=0.0, pitch=0.0)
@@ -14,6 +15,14 @@ VIEW = View(
     projection=Projection(fx=400.0, fy=400.0, cx=199.5, cy=149.5, baseline=0.1),
     base_from_optical=base_from_optical(LEVEL.down(), forward_in_camera(LEVEL)),
     origin=np.array([0.0, 0.0, 1.0]),
+)
+
+# level and without a bend: heights are above the plane
+LEVEL_FLOOR = Surface(
+    plane=np.array([0.0, 0.1, -12.0], dtype=np.float32),
+    height=1.0,
+    bend=np.zeros(400, dtype=np.float32),
+    noise=np.full(400, 0.1, dtype=np.float32),
 )
 
 
@@ -25,6 +34,7 @@ def board(*, noise: float = 0.0, bias: float = 0.0, seed: int = 0, keep: float =
     d = (10.0 + rng.normal(0, noise, len(u))).astype(np.float32)
     return measure(
         VIEW,
+        LEVEL_FLOOR,
         u[kept],
         v[kept],
         d[kept],
@@ -32,6 +42,7 @@ def board(*, noise: float = 0.0, bias: float = 0.0, seed: int = 0, keep: float =
         bias=bias,
         fattening=0.0,
         fringe=0.0,
+        witnessed=False,
         stride=1,
         pixels=int(kept.sum()),
     )
@@ -98,7 +109,18 @@ def test_a_thing_turned_round_the_robot_keeps_its_size() -> None:
     u, v = (grid.ravel().astype(float) for grid in np.meshgrid(range(140, 180), range(170, 230)))
     d = np.full(len(u), 10.0, dtype=np.float32)
     found = measure(
-        turned, u, v, d, noise=0.1, bias=0.0, fattening=0.0, fringe=0.0, stride=1, pixels=len(u)
+        turned,
+        LEVEL_FLOOR,
+        u,
+        v,
+        d,
+        noise=0.1,
+        bias=0.0,
+        fattening=0.0,
+        fringe=0.0,
+        witnessed=False,
+        stride=1,
+        pixels=len(u),
     )
     assert found.x == pytest.approx(4.5, abs=0.02)  # the camera is 0.5 m before the origin
     assert found.top == pytest.approx(0.80, abs=0.015)

@@ -272,3 +272,16 @@ def test_can_on_a_slope_is_as_high_as_on_the_level(shot: Shot, noisy: Noisy, loo
     found = only(look(noisy(frame.disparity)).obstacles)
     assert found.height == pytest.approx(0.70, abs=0.05)
     assert found.base_height == 0.0
+
+
+@pytest.mark.parametrize("slope", [5.0, 8.5])
+def test_height_is_above_the_ground_that_a_thing_stands_on(
+    shot: Shot, noisy: Noisy, look: Look, crate: Crate, rig: Rig, slope: float
+) -> None:
+    ground = scenes.ramp(start=2.5, slope=math.radians(slope)).ground
+    lift = (5.0 - 2.5) * math.tan(math.radians(slope))
+    frame = shot(Scene(ground=ground, things=(crate(5.0, 0.0, bottom=lift),)), by=rig)
+    found = look(noisy(frame.disparity), by=rig).obstacles[0]
+    assert found.distance == pytest.approx(5.0, abs=0.1)
+    assert found.height == pytest.approx(0.6, abs=0.06)  # not 0.6 m and the ramp's 0.22 or 0.37
+    assert found.base_height == 0.0

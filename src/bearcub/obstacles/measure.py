@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bearcub.geometry import Float64, Projection
+from bearcub.ground.surface import Surface
 from bearcub.messages import Float32
 from bearcub.robust import median, quantile, sorted_by_group
 
@@ -14,8 +15,10 @@ _SIDE = 0.15  # share of a typical column's pixels at which a thing ends to the 
 _TOP = 0.35  # share of a typical row's pixels at which it ends above and below
 _STEEPEST = math.tan(math.radians(20.0))  # of ground that climbs
 _EXPLAINED = 0.7  # share of the variance of height that range must explain on a ramp
+_RISEN = 0.6  # share of its height that what stands upright has at its front
 _LONG = 1.5  # farthest over nearest range of what lies along the way
 _EXPLAINED_LONG = 0.25  # the same share where range itself is noisy
+_BEFORE = 1.06  # times a thing's disparity is where its ground begins, before what is its foot
 _STEP = 0.15  # what rises over a longer way is sloping ground [m]
 _LEANS = 1.6  # sigmas of noise from the nearest tenth to the median of an upright face, at most
 _EDGE = 1.0  # 1-sigma of where a side is [px]
@@ -56,6 +59,7 @@ class View:
 class Extent:
     """The size and place of one thing; see `messages.Obstacle` for the meaning.
 
+    `right` and `left` are the bearings of its ends, `range_right` and `range_left` their ranges;
     `lowest` is the lowest part that is seen, `bottom` where the thing is taken to begin;
     `fill` is the share of its outline (width times height) that its pixels cover; `width` is 0
     for what is no wider than the matcher's window alone makes it; `front` is how high it has risen
@@ -66,6 +70,10 @@ class Extent:
     y: float
     distance: float
     bearing: float
+    right: float
+    left: float
+    range_right: float
+    range_left: float
     width: float
     top: float
     bottom: float
@@ -81,6 +89,7 @@ class Extent:
 
 def measure(
     view: View,
+    surface: Surface,
     u: Float64,
     v: Float64,
     disparity: Float32,
@@ -91,12 +100,15 @@ def measure(
     bias: float,
     fattening: float,
     fringe: float,
+    witnessed: bool,
 ) -> Extent:
     """Measure one thing from its pixels.
 
     Parameters
     ----------
     view : View
+    surface : Surface
+        The floor that heights are above: where the thing stands.
     u, v : ndarray of float64, shape (N,)
         Columns and rows of the thing's pixels [px].
     disparity : ndarray of float32, shape (N,)
@@ -111,6 +123,8 @@ def measure(
         1-sigma of the error that all its pixels share [px].
     fattening, fringe : float
         How far the matcher carried the thing past its top, and past its sides [px].
+    witnessed : bool
+        The images will be asked: an upright face whose noise looks like a ramp need not be one.
 
     Returns
     -------
@@ -139,20 +153,26 @@ def measure(
     row = median(reach) * pixel
     low, high = _ends(z, stride * row, share=_TOP)
     high = max(high - fattening * row, low + row)
+    lift = surface.lift(_BEFORE * d_near)
     front = z[reach < distance + _STEP + 3 * sigma_distance]
+    risen = quantile(front, 0.9) if len(front) else low
     drop = abs(view.origin[2] - high)
     return Extent(
         x=distance * math.cos(bearings[nearest]),
         y=distance * math.sin(bearings[nearest]),
         distance=distance,
         bearing=centre,
+        right=left,
+        left=right,
+        range_right=float(ranges[0]),
+        range_left=float(ranges[-1]),
         width=width,
-        top=high,
-        bottom=low,
-        lowest=low,
+        top=high - lift,
+        bottom=low - lift,
+        lowest=low - lift,
         fill=weight * pixel**2 * float(reach @ reach) / max(width * (high - low), 1e-6),
-        front=quantile(front, 0.9) if len(front) else low,
-        climbs=_climbs(reach, z),
+        front=risen - lift,
+        climbs=_climbs(reach, z) and not (witnessed and risen - lift > _RISEN * (high - lift)),
         sigma_distance=sigma_distance,
         sigma_bearing=edge / math.sqrt(2),
         sigma_width=math.hypot(

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -16,8 +17,9 @@ from bearcub.obstacles.sorting import Sorter, Sorting
 Index = NDArray[np.int64]
 Trim = Callable[[Bool, Sorting], Bool]
 
+_STRIP = 0.25  # height of a strip that joins things, as a share of theirs
 _MANY = 2500  # sampled pixels that tell as much as all
-_SAMPLE = 4000  # pixels that tell all there is to tell of a large thing
+_SAMPLE = 2500  # pixels that tell all there is to tell of a large thing
 # levels and columns around a thing that are still its, by step
 _FOOT = {step: np.ones((5, columns), dtype=np.uint8) for step, columns in ((1, 7), (2, 5), (3, 3))}
 _TO_LEFT_ABOVE = np.ones((2, 2), dtype=np.uint8)
@@ -214,6 +216,7 @@ def segment(
     )
     least = max(1, math.ceil(least_pixels / step**2))
     number, things = peaks.numbers(cell, tall, overhead, foot=_FOOT[step], least=least)
+    things = peaks.part(number, things, column, least=least)
     empty.labels.ravel()[index] = number
     return replace(empty, count=things)
 
@@ -221,6 +224,10 @@ def segment(
 def _thinned(count: int) -> int:
     """Return the step that leaves a sample; odd, or it would walk along columns."""
     return max(1, count // _SAMPLE) | 1
+
+
+def _length(run: tuple[int, int]) -> int:
+    return run[1] - run[0]
 
 
 def _upright_columns(
@@ -271,6 +278,46 @@ class _PeakFinder:
                 number[loose] = np.where(found > 0, found + np.uint16(things), 0)
                 things += more
         return number, things
+
+    def part(self, number: "NDArray[np.uint16]", things: int, column: Int32, *, least: int) -> int:
+        """Part things that only a strip joins, as weak matches do along a horizon.
+
+        A strip is much lower than what it joins, and wider than gaps are; it becomes a thing of
+        its own. `number` is changed in place; returned is how many things there are then.
+        """
+        cells = number * np.intp(self.width) + column
+        heights = np.bincount(cells, minlength=(things + 1) * self.width)
+        heights = heights.reshape(things + 1, self.width)[1:]  # 0 is no thing
+        wide = np.count_nonzero(heights, axis=1) > 2 * self.gap + 1
+        for k in np.flatnonzero(wide & (heights.sum(axis=1) >= least)):
+            runs = self._runs(heights[k])
+            if len(runs) > 1:
+                own = np.flatnonzero(number == k + 1)
+                numbers = np.array([k + 1, *range(things + 1, things + len(runs))], dtype=np.uint16)
+                ends = [right for _, right in runs]
+                number[own] = numbers[np.searchsorted(ends, column[own], side="right")]
+                things += len(runs) - 1
+        return things
+
+    def _runs(self, heights: "NDArray[np.int64]") -> list[tuple[int, int]]:
+        """Return the columns, first and beyond the last, of the parts of a thing and its strips."""
+        side = np.ones((1, 2 * self.gap + 1), dtype=np.uint8)
+        closed = cv2.morphologyEx(heights.astype(np.float32)[None, :], cv2.MORPH_CLOSE, side)
+        tall = (closed >= _STRIP * closed.max()).view(np.uint8)
+        high = cv2.morphologyEx(tall, cv2.MORPH_OPEN, side)[0] > 0
+        first, last = np.flatnonzero(heights)[[0, -1]].tolist()
+        cuts = (1 + np.flatnonzero(np.diff(high[first : last + 1]))).tolist()
+        runs = list(pairwise([first, *(first + cut for cut in cuts), last + 1]))
+        # what is lower at a thing's own side is its, unless it goes on for long
+        for end, inner in ((0, 1), (-1, -2)):
+            if (
+                len(runs) > 1
+                and not high[runs[end][0]]
+                and _length(runs[end]) < _length(runs[inner])
+            ):
+                both = sorted(runs.pop(end) + runs.pop(end))
+                runs.insert(0 if end == 0 else len(runs), (both[0], both[-1]))
+        return runs
 
     def components(self, cell: Int32) -> tuple["NDArray[np.uint16]", int]:
         """Return the numbered peaks of the histogram of `cell`, and how many there are."""

@@ -28,6 +28,7 @@ from bearcub.messages import (
 )
 from bearcub.obstacles.free_range import free_range
 from bearcub.obstacles.holes import find_holes
+from bearcub.obstacles.joining import Thing, joined
 from bearcub.obstacles.layers import Painter
 from bearcub.obstacles.measure import Extent, View, measure
 from bearcub.obstacles.segment import Member, Segments, segment
@@ -38,8 +39,11 @@ from bearcub.rig.model import Mount
 from bearcub.robust import median
 
 _SURE = 1.3  # standard errors by which the images must speak for a thing
-_PIECE = 0.5  # most of a thing's width that a piece of it has
-_AHEAD = (0.4, 0.12)  # how far before or behind it a piece may lie [m], share of the distance
+_SURE_FOOT = 2.0  # ... for one whose foot is lost in the tolerance
+_SURE_STRAY = 2.5  # ... for what is as small or sparse as stray matches in the air are
+_FOOT_SHARE = 0.3  # of the pixels below that must belong to a thing rather than to the floor
+_FOOT_ROWS, _FOOT_COLUMNS = 40, 40  # at which they are looked at, at most
+_FOOT_CLEAR = 0.3  # least difference between a thing's disparity and the floor's that tells [px]
 _WITNESSED = 2 / 3  # of the sigmas will do where the images can be asked
 _RISEN = 0.6  # share of its height that a low thing reaches at its front
 _SMALL = 400  # pixels of a thing that may be mixed ones
@@ -205,61 +209,49 @@ class ObstacleStage:
 
         The second value is the number of the obstacle that each segment is, 0 for none.
         """
-        d = disparity.disparity
-        found: list[tuple[Extent, Member]] = []
+        found: list[Thing] = []
         rising: list[Extent] = []
         trim = None if witness is None else partial(witness.trimmed, offset=disparity.offset)
         for member in segments.members(sorter, least=self.least_pixels, trim=trim):
-            extent, counts = self._extent(
+            extent, sure = self._extent(
                 member, disparity, segments, sorter, view, ground, witnessed=witness is not None
             )
             if extent is not None and extent.climbs:
                 rising.append(extent)
             if (
                 extent is not None
-                and counts
+                and math.isfinite(sure)
                 and (
                     member.pixels > _LARGE
                     or confirmed(
-                        witness, sorter, member.u, member.v, offset=disparity.offset, sure=_SURE
+                        witness, sorter, member.u, member.v, offset=disparity.offset, sure=sure
                     )
                 )
             ):
-                found.append((extent, member))
-        whole = self._with_feet(
+                found.append(
+                    Thing(
+                        extent=extent,
+                        box=_box(member, disparity.disparity.shape),
+                        pixels=member.pixels,
+                        numbers=(member.number,),
+                    )
+                )
+        whole = joined(
             [
-                (extent, member)
-                for extent, member in found
-                if extent.lowest < self.clearance or not any(_beyond(extent, r) for r in rising)
-            ]
+                thing
+                for thing in found
+                if thing.extent.lowest < self.clearance
+                or not any(_beyond(thing.extent, ramp) for ramp in rising)
+            ],
+            low=self.low_height,
         )
         identities = np.zeros(segments.count + 1, dtype=np.int32)
-        obstacles = []
-        for identity, (extent, member, feet) in enumerate(whole, start=1):
-            identities[[member.number, *feet]] = identity
-            obstacles.append(self._obstacle(identity, extent, member, d.shape))
-        return tuple(obstacles), identities
-
-    def _with_feet(
-        self, found: list[tuple[Extent, Member]]
-    ) -> list[tuple[Extent, Member, list[int]]]:
-        """Give low pieces to the larger thing that they are the foot or the ledge of.
-
-        The foot of a bank, or what the tolerance leaves of a kerb's, is grouped apart: it lies at
-        other levels. Returned nearest first, with the numbers of the pieces.
-        """
-        found = sorted(found, key=lambda item: -item[0].width)
-        kept: list[tuple[Extent, Member, list[int]]] = []
-        for extent, member in found:
-            owner = next((k for k, (e, _, _) in enumerate(kept) if self._belongs(extent, e)), None)
-            if owner is None:
-                kept.append((extent, member, []))
-                continue
-            whole, main, feet = kept[owner]
-            if extent.distance < whole.distance:
-                whole = replace(whole, distance=extent.distance, x=extent.x, y=extent.y)
-            kept[owner] = (whole, main, [*feet, member.number])
-        return sorted(kept, key=lambda item: item[0].distance)
+        for identity, thing in enumerate(whole, start=1):
+            identities[list(thing.numbers)] = identity
+        shape = disparity.disparity.shape
+        return tuple(
+            self._obstacle(identity, thing, shape) for identity, thing in enumerate(whole, start=1)
+        ), identities
 
     def _extent(
         self,
@@ -271,15 +263,20 @@ class ObstacleStage:
         ground: Ground,
         *,
         witnessed: bool,
-    ) -> tuple[Extent | None, bool]:
-        """Measure one segment, if it is large enough, and tell whether it counts as a thing."""
+    ) -> tuple[Extent | None, float]:
+        """Measure one segment, if it is large enough.
+
+        The second value is how sure the images must be that it is a thing [standard errors];
+        infinitely where its shape tells that it is none.
+        """
         d, u, v = disparity.disparity, member.u, member.v
         if member.pixels < self.least_pixels:
-            return None, False
+            return None, math.inf
         if member.pixels < _SMALL and _mixed(d, segments, member):
-            return None, False
+            return None, math.inf
         extent = measure(
             view,
+            sorter.surface,
             (u + 0.5 * (member.stride - 1)).astype(np.float64),
             (v + 0.5 * (member.stride - 1)).astype(np.float64),
             d[v, u],
@@ -289,38 +286,38 @@ class ObstacleStage:
             bias=self.bias,
             fattening=disparity.fattening,
             fringe=0.0 if witnessed else disparity.fattening,
+            witnessed=witnessed,
         )
         hidden = ground.height * median(sorter.tolerance_at(u, v) / d[v, u])
-        if self._hangs(extent, hidden) and _hidden_below(d, segments, member):
-            extent = replace(extent, bottom=0.0)  # its foot is out of sight
-        counts = self._counts(extent, hidden, member.pixels, witnessed=witnessed)
-        return extent if self._hangs(extent, hidden) else replace(extent, bottom=0.0), counts
+        least = _SURE
+        if self._hangs(extent, hidden):
+            if _hidden_below(d, segments, member):
+                extent = replace(extent, bottom=0.0)  # its foot is out of sight
+            elif witnessed and _goes_on_below(sorter, member):
+                extent, least = replace(extent, bottom=0.0), _SURE_FOOT
+        hangs = self._hangs(extent, hidden)
+        sure = self._sure(extent, member.pixels, hangs=hangs, witnessed=witnessed)
+        return extent if hangs else replace(extent, bottom=0.0), max(sure, least)
 
-    def _belongs(self, piece: Extent, whole: Extent) -> bool:
-        """Tell whether a low piece lies along a thing several times as wide."""
-        aside = abs(piece.bearing - whole.bearing) * whole.distance
-        apart = abs(piece.distance - whole.distance)
-        ledge = whole.top < 2 * self.low_height and piece.top < 1.2 * whole.top
-        return (
-            (piece.top < self.low_height or ledge)
-            and piece.width < _PIECE * whole.width
-            and aside < 0.5 * whole.width
-            and apart < max(_AHEAD[0], _AHEAD[1] * whole.distance)
-        )
+    def _sure(self, extent: Extent, pixels: int, *, hangs: bool, witnessed: bool) -> float:
+        """Return how sure the images must be that this is a thing; inf for what cannot be one.
 
-    def _counts(self, extent: Extent, hidden: float, pixels: int, *, witnessed: bool) -> bool:
-        """Tell a thing from stray matches: they fill little of their outline or hang in the sky."""
+        Stray matches fill little of their outline, or hang in the sky.
+        """
         # a matcher's window alone makes a thing as wide as itself; a blade of grass has no area
         least = self.least_area if witnessed else 2 * self.least_area
         small = extent.width <= 0.0 or extent.width * extent.top < least
         low = extent.top < self.least_height
         if small or low or extent.climbs or extent.distance > self.farthest:
-            return False
+            return math.inf
         if extent.top < self.low_height and extent.front < _RISEN * extent.top:
-            return False  # ground that climbs
-        if self._hangs(extent, hidden):
-            return pixels > 10 * self.least_pixels and extent.fill > 2 * self.least_fill
-        return extent.fill > self.least_fill
+            return math.inf  # ground that climbs
+        if extent.fill <= self.least_fill:
+            return math.inf
+        stray = pixels <= 10 * self.least_pixels or extent.fill <= 2 * self.least_fill
+        if hangs and stray:
+            return _SURE_STRAY if witnessed else math.inf
+        return _SURE
 
     def _hangs(self, extent: Extent, hidden: float) -> bool:
         """Tell what hangs; the tolerance hides the lowest part of what stands on the floor."""
@@ -328,14 +325,8 @@ class ObstacleStage:
             2 * self.least_height + 3 * self.unevenness, min(1.5 * hidden, 0.4)
         )
 
-    def _obstacle(
-        self,
-        identity: int,
-        extent: Extent,
-        member: Member,
-        shape: tuple[int, int],
-    ) -> Obstacle:
-        box, pixels = _box(member, shape), member.pixels
+    def _obstacle(self, identity: int, thing: Thing, shape: tuple[int, int]) -> Obstacle:
+        extent, box, pixels = thing.extent, thing.box, thing.pixels
         cut = _cut(box, shape)
         weight = min(6.0, math.log(pixels / self.least_pixels) + 0.5)
         remark = f"; cut by the image's {' and '.join(cut)} border" if cut else ""
@@ -384,7 +375,37 @@ def _mixed(d: Float32, segments: Segments, member: Member) -> bool:
 def _hidden_below(d: Float32, segments: Segments, member: Member) -> bool:
     """Tell whether a nearer thing hides what is below these pixels."""
     hidden = _nearer_thing(d, segments, member, 0, _BESIDE)
-    return len(np.unique(member.u[hidden])) > 0.5 * len(np.unique(member.u))
+    columns = np.bincount(member.u, minlength=1) > 0
+    below = np.bincount(member.u[hidden], minlength=1) > 0
+    return bool(np.count_nonzero(below) > 0.5 * np.count_nonzero(columns))
+
+
+def _goes_on_below(sorter: Sorter, member: Member) -> bool:
+    """Tell whether what is below a thing, down to the floor it would stand on, is its own.
+
+    There the floor's disparity comes close to the thing's, and the tolerance hides the difference
+    of a pixel; not that of many.
+    """
+    level = median(sorter.disparity[member.v, member.u])
+    lowest = np.full(int(member.u.max()) + 1, -1)
+    np.maximum.at(lowest, member.u, member.v + member.stride - 1)
+    columns = np.flatnonzero(lowest >= 0)
+    columns = columns[:: max(1, len(columns) // _FOOT_COLUMNS)]
+    below = sorter.disparity.shape[0] - 1 - lowest[columns].min()
+    rows = lowest[columns][None, :] + np.arange(1, below + 1, max(1, below // _FOOT_ROWS))[:, None]
+    inside = rows < sorter.disparity.shape[0]
+    rows = np.minimum(rows, sorter.disparity.shape[0] - 1)
+    u = np.broadcast_to(columns[None, :], rows.shape)
+    floor, d = sorter.surface.at(u, rows), sorter.disparity[rows, u]
+    above = inside & (floor < level - _FOOT_CLEAR)
+    # close under it is the rest of what hangs, as the underside of a table
+    low = np.cumsum(above, axis=0) > 0.5 * above.sum(axis=0)
+    clear = above & low & np.isfinite(d)
+    own = clear & (np.abs(d - level) < 0.5 * (level - floor))
+    seen = clear.sum(axis=0)
+    # of a table every leg goes on below, but not the table
+    goes_on = own.sum(axis=0) > _FOOT_SHARE * seen
+    return bool(np.count_nonzero(goes_on) > 0.5 * len(goes_on))
 
 
 def _nearer_thing(d: Float32, segments: Segments, member: Member, right: int, down: int) -> Bool:

@@ -1,0 +1,149 @@
+"""Whole things from the pieces that grouping leaves of them."""
+
+import math
+from dataclasses import dataclass, replace
+
+from bearcub.obstacles.measure import Extent
+
+_PIECE = 0.5  # most of a thing's width that its foot or ledge has
+_AHEAD = (0.4, 0.12)  # how far before or behind it a foot may lie [m], share of the distance
+_APART = math.radians(1.0)  # most that the pieces of a surface are apart
+_BESIDE = (0.1, 0.02)  # how far before or behind it a piece may lie [m], share of the distance
+_ABOVE = 0.1  # how far above another a piece of the same surface may begin [m]
+
+Box = tuple[int, int, int, int]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Thing:
+    """One thing, or a piece of one.
+
+    Attributes
+    ----------
+    extent : Extent
+    box : tuple of int
+        First column and row, last column and row [px].
+    pixels : int
+    numbers : tuple of int
+        Of the segments that it is made of.
+    """
+
+    extent: Extent
+    box: Box
+    pixels: int
+    numbers: tuple[int, ...]
+
+
+def joined(pieces: list[Thing], *, low: float) -> list[Thing]:
+    """Join pieces to whole things.
+
+    The foot of a bank, or what the tolerance leaves of a kerb's, is grouped apart: it lies at
+    other levels. A long surface whose range changes along it, or that is matched badly in places,
+    falls into pieces side by side.
+
+    Parameters
+    ----------
+    pieces : list of Thing
+    low : float
+        What does not rise above it is low [m].
+
+    Returns
+    -------
+    list of Thing
+        Nearest first.
+    """
+    left = sorted(pieces, key=lambda piece: -piece.extent.width)
+    kept: list[Thing] = []
+    while left:
+        piece = left.pop(0)
+        for k, whole in enumerate(kept):
+            if _continues(piece.extent, whole.extent):
+                del kept[k]
+                left.insert(0, _together(whole, piece))  # and may now touch others
+                break
+            if _is_foot(piece.extent, whole.extent, low=low):
+                kept[k] = _on_foot(whole, piece)
+                break
+        else:
+            kept.append(piece)
+    return sorted(kept, key=lambda thing: thing.extent.distance)
+
+
+def _is_foot(piece: Extent, whole: Extent, *, low: float) -> bool:
+    """Tell whether a low piece lies along a thing several times as wide."""
+    aside = abs(piece.bearing - whole.bearing) * whole.distance
+    apart = abs(piece.distance - whole.distance)
+    ledge = whole.top < 2 * low and piece.top < 1.2 * whole.top
+    return (
+        (piece.top < low or ledge)
+        and piece.width < _PIECE * whole.width
+        and aside < 0.5 * whole.width
+        and apart < max(_AHEAD[0], _AHEAD[1] * whole.distance)
+    )
+
+
+def _on_foot(whole: Thing, foot: Thing) -> Thing:
+    """Return a thing that begins where its foot does."""
+    extent, nearer = whole.extent, foot.extent
+    if nearer.distance < extent.distance:
+        extent = replace(extent, distance=nearer.distance, x=nearer.x, y=nearer.y)
+    return replace(whole, extent=extent, numbers=whole.numbers + foot.numbers)
+
+
+def _continues(piece: Extent, whole: Extent) -> bool:
+    """Tell whether two pieces touch, side by side or one before the other, at the same range.
+
+    The way goes on under what hangs, and not through what it hangs from.
+    """
+    gap = max(piece.right - whole.left, whole.right - piece.left)
+    if gap > _APART or (piece.bottom > 0) != (whole.bottom > 0):
+        return False
+    if max(piece.bottom - whole.top, whole.bottom - piece.top) > _ABOVE:
+        return False
+    where = min(max(piece.bearing, whole.right), whole.left)
+    there = _range_at(whole, where)
+    at = min(max(where, piece.right), piece.left)
+    apart = abs(_range_at(piece, at) - there)
+    noise = 2 * math.hypot(piece.sigma_distance, whole.sigma_distance)
+    return apart < max(_BESIDE[0], _BESIDE[1] * there) + noise
+
+
+def _range_at(extent: Extent, bearing: float) -> float:
+    """Return the range [m] of the straight line between a thing's two ends in a direction."""
+    span = extent.left - extent.right
+    if span <= 0:
+        return extent.distance
+    a, b = extent.range_right, extent.range_left
+    across = a * math.sin(bearing - extent.right) + b * math.sin(extent.left - bearing)
+    return max(extent.distance, a * b * math.sin(span) / max(across, 1e-9))
+
+
+def _together(one: Thing, other: Thing) -> Thing:
+    """Return the thing that two pieces are."""
+    wide, small = sorted((one.extent, other.extent), key=lambda extent: -extent.width)
+    near = min(wide, small, key=lambda extent: extent.distance)
+    right = min(wide, small, key=lambda extent: extent.right)
+    left = max(wide, small, key=lambda extent: extent.left)
+    half = 0.5 * (left.left - right.right)
+    extent = replace(
+        wide,
+        x=near.x,
+        y=near.y,
+        distance=near.distance,
+        sigma_distance=near.sigma_distance,
+        bearing=right.right + half,
+        right=right.right,
+        left=left.left,
+        range_right=right.range_right,
+        range_left=left.range_left,
+        width=max(wide.width, (right.range_right + left.range_left) * math.sin(half)),
+        top=max(wide.top, small.top),
+        bottom=min(wide.bottom, small.bottom),
+    )
+    boxes = list(zip(one.box, other.box, strict=True))
+    return Thing(
+        extent=extent,
+        box=(min(boxes[0]), min(boxes[1]), max(boxes[2]), max(boxes[3])),
+        pixels=one.pixels + other.pixels,
+        numbers=one.numbers + other.numbers,
+    )

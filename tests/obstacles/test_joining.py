@@ -1,0 +1,95 @@
+"""Pieces of a thing become one; things that only stand near each other stay apart."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from bearcub.obstacles.joining import Thing, joined
+from bearcub.obstacles.measure import Extent
+
+
+def upright(
+    *, right: float, left: float, ahead: float = 4.0, top: float = 1.0, bottom: float = 0.0
+) -> Thing:
+    """Return a board across the way, from y = `right` to y = `left` [m], `ahead` metres off."""
+    ends = [math.atan2(y, ahead) for y in (right, left)]
+    nearest = min(max(0.0, right), left)
+    extent = Extent(
+        x=ahead,
+        y=nearest,
+        distance=math.hypot(ahead, nearest),
+        bearing=0.5 * (ends[0] + ends[1]),
+        right=ends[0],
+        left=ends[1],
+        range_right=math.hypot(ahead, right),
+        range_left=math.hypot(ahead, left),
+        width=left - right,
+        top=top,
+        bottom=bottom,
+        lowest=bottom,
+        fill=1.0,
+        front=top,
+        climbs=False,
+        sigma_distance=0.01,
+        sigma_bearing=0.001,
+        sigma_width=0.02,
+        sigma_top=0.02,
+    )
+    first = round(1000 * (2 + right))
+    return Thing(extent=extent, box=(first, 10, first + 100, 90), pixels=1000, numbers=(first,))
+
+
+def test_pieces_of_a_wall_become_the_wall() -> None:
+    pieces = [upright(right=y, left=y + 0.58) for y in (-1.2, -0.6, 0.0, 0.6)]
+    (wall,) = joined(pieces, low=0.35)
+    assert wall.extent.width == pytest.approx(2.38, abs=0.05)
+    assert wall.extent.distance == pytest.approx(4.0, abs=0.01)
+    assert wall.extent.bearing == pytest.approx(0.0, abs=0.01)
+    assert wall.pixels == 4000
+    assert sorted(wall.numbers) == [800, 1400, 2000, 2600]
+    assert wall.box == (800, 10, 2700, 90)
+
+
+def test_piece_before_a_wall_at_its_range_is_the_wall() -> None:
+    wall = upright(right=-1.0, left=1.0)
+    patch = upright(right=0.2, left=0.6, ahead=4.05, top=0.9)
+    (found,) = joined([wall, patch], low=0.35)
+    assert found.extent.width == pytest.approx(2.0, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        upright(right=0.25, left=0.75),  # 25 cm of way between them
+        upright(right=0.0, left=0.5, ahead=4.4),  # 40 cm behind
+        upright(right=-0.3, left=0.3, ahead=3.5),  # half a metre before
+        upright(right=-0.2, left=0.4, top=1.2, bottom=0.8),  # hangs, and the way goes on under it
+    ],
+)
+def test_things_with_room_between_them_stay_apart(other: Thing) -> None:
+    board = upright(right=-0.6, left=0.0)
+    assert len(joined([board, other], low=0.35)) == 2
+
+
+def test_a_foot_moves_a_bank_nearer_and_not_wider() -> None:
+    bank = upright(right=-2.0, left=2.0, top=0.6)
+    foot = upright(right=-0.5, left=0.5, ahead=3.7, top=0.12)
+    (found,) = joined([foot, bank], low=0.35)
+    assert found.extent.distance == pytest.approx(3.7)
+    assert found.extent.width == pytest.approx(4.0)
+    assert found.numbers == (*bank.numbers, *foot.numbers)
+
+
+def test_nearest_comes_first() -> None:
+    far, near = upright(right=-1.0, left=0.0, ahead=6.0), upright(right=1.0, left=1.5, ahead=2.0)
+    assert joined([far, near], low=0.35) == [near, far]
+    assert joined([], low=0.35) == []
+
+
+def test_joining_waits_for_no_order() -> None:
+    pieces = [upright(right=y, left=y + 0.58) for y in (-1.2, -0.6, 0.0, 0.6)]
+    pieces[0] = replace(pieces[0], extent=replace(pieces[0].extent, width=0.57))
+    one, other = joined(pieces, low=0.35), joined(pieces[::-1], low=0.35)
+    assert len(one) == len(other) == 1
+    assert one[0].extent.width == pytest.approx(other[0].extent.width)

@@ -1,0 +1,88 @@
+"""Standing pixels become things: what only a strip joins is parted, what gaps interrupt is not."""
+
+import numpy as np
+import pytest
+
+from bearcub.geometry import Projection
+from bearcub.messages import Float32
+from bearcub.obstacles.segment import Segments, segment
+from bearcub.obstacles.sorting import Sorting
+
+CAMERA = Projection(fx=200.0, fy=200.0, cx=119.5, cy=59.5, baseline=0.1)
+
+
+def grouped(disparity: Float32) -> Segments:
+    """Group everything that is nearer than a floor of 2 px; the camera is 1 m up."""
+    rows, columns = disparity.shape
+    floor = np.full_like(disparity, 2.0)
+    sorting = Sorting(
+        u=np.arange(columns),
+        v=np.arange(rows),
+        disparity=disparity,
+        floor=floor,
+        residual=disparity - floor,
+        allowed=np.full_like(disparity, 0.5),
+        standing=disparity > 2.5,
+        on_floor=disparity <= 2.5,
+        below=np.zeros(disparity.shape, dtype=bool),
+    )
+    return segment(
+        sorting,
+        CAMERA,
+        step=1,
+        camera_height=1.0,
+        lean=0.0,
+        least_height=0.1,
+        low_height=0.3,
+        clearance=2.0,
+        least_pixels=30,
+        nearest_level=60.0,
+        farthest_level=1.0,
+    )
+
+
+def boards(*columns: tuple[int, int, int], strip: int = 0) -> Float32:
+    """Return boards of 8 px that end at row 100 (left, right, height), joined by a strip."""
+    d = np.full((120, 240), 2.0, dtype=np.float32)
+    for left, right, height in columns:
+        d[100 - height : 100, left:right] = 8.0
+    if strip:
+        d[70 : 70 + strip, columns[0][0] : columns[-1][1]] = 8.0
+    return d
+
+
+@pytest.mark.parametrize("second", [25, 60, 90])
+def test_strip_along_the_horizon_does_not_join_two_things(second: int) -> None:
+    found = grouped(boards((20, 60, 60), (140, 180, second), strip=6))
+    names = {int(found.labels[90, u]) for u in (30, 160)}
+    assert len(names) == 2
+    assert found.labels[72, 100] not in names  # the strip is a thing of its own
+    assert found.count == len(np.unique(found.labels)) - 1
+
+
+def test_strip_beside_a_thing_is_not_part_of_it() -> None:
+    d = boards((20, 60, 60))
+    d[70:76, 60:200] = 8.0
+    found = grouped(d)
+    assert found.labels[90, 40] != found.labels[72, 150]
+
+
+def test_low_side_of_a_thing_is_part_of_it() -> None:
+    found = grouped(boards((20, 60, 60), (60, 85, 12)))
+    assert found.labels[95, 40] == found.labels[95, 75] != 0
+
+
+def test_gap_without_matches_does_not_part_a_thing() -> None:
+    d = boards((20, 100, 60))
+    d[:, 55:59] = np.nan
+    found = grouped(d)
+    assert found.labels[90, 30] == found.labels[90, 90] != 0
+
+
+def test_step_in_height_does_not_part_a_thing() -> None:
+    found = grouped(boards((20, 60, 60), (60, 120, 25)))
+    assert found.labels[95, 30] == found.labels[95, 110] != 0
+
+
+def test_nothing_that_stands_is_no_thing() -> None:
+    assert grouped(boards()).count == 0
