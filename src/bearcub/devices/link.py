@@ -112,7 +112,7 @@ class SerialLink:
                 exclusive=True,
             )
         except (OSError, ValueError) as error:  # pyserial's own error is an OSError
-            raise DeviceError(f"cannot be opened: {_reason(error)}") from error
+            raise DeviceError(f"cannot be opened: {reason(error)}") from error
 
     def read(self, timeout: float) -> bytes:
         """Return what has come within `timeout` [s]."""
@@ -149,7 +149,7 @@ class SerialLink:
         except serial.SerialTimeoutException:
             raise DeviceTimeout(f"took nothing for {_WRITE:g} s") from None
         except (OSError, TypeError) as error:  # pyserial's fd is None once it is unplugged
-            raise DeviceDisconnected(f"went away: {_reason(error)}") from error
+            raise DeviceDisconnected(f"went away: {reason(error)}") from error
 
 
 class TcpLink:
@@ -172,7 +172,7 @@ class TcpLink:
             self._socket = socket.create_connection(self._address, timeout=_CONNECT)
             self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         except OSError as error:
-            raise DeviceError(f"no connection: {_reason(error)}") from error
+            raise DeviceError(f"no connection: {reason(error)}") from error
 
     def read(self, timeout: float) -> bytes:
         """Return what has come within `timeout` [s]."""
@@ -207,7 +207,7 @@ class TcpLink:
         except TimeoutError:
             raise DeviceTimeout(f"took nothing for {_CONNECT:g} s") from None
         except OSError as error:
-            raise DeviceDisconnected(f"went away: {_reason(error)}") from error
+            raise DeviceDisconnected(f"went away: {reason(error)}") from error
 
 
 class FileLink:
@@ -246,7 +246,7 @@ class FileLink:
             try:
                 self._data = self._path.read_bytes()
             except OSError as error:
-                raise DeviceError(f"cannot be read: {_reason(error)}") from error
+                raise DeviceError(f"cannot be read: {reason(error)}") from error
             self._start_ns = self._clock.now_ns()
         self._require_more()
 
@@ -284,8 +284,13 @@ def _require_open(opened: Opened | None) -> Opened:
     return opened
 
 
-def _reason(error: Exception) -> str:
+def reason(error: Exception) -> str:
+    """Return why an operation on a line failed, in the system's words."""
+    if isinstance(error, TimeoutError):
+        return "timed out"
     number = getattr(error, "errno", None)  # pyserial wraps the system's words in its own
-    if isinstance(number, int):
+    if isinstance(number, int) and number > 0:
         return os.strerror(number).lower()
-    return "hung up" if "returned no data" in str(error) else str(error)
+    # numbers of the resolver are negative and have texts of their own
+    text = getattr(error, "strerror", None) or str(error)
+    return "hung up" if "returned no data" in text else text.lower()

@@ -132,6 +132,7 @@ def test_a_convention_turns_each_sign_by_itself() -> None:
         (Tcm2(), sentence("C1.0P--5R5.0"), "one number each, at P--5R5.0"),
         (Xdr(), sentence("YXXDR,A,1.0,R,PITCH"), "PITCH in unit 'R', expected D for degrees"),
         (Xdr(), sentence("YXXDR,A,1.0,D"), "3 fields, expected groups of 4"),
+        (Xdr(), sentence("HCHDT"), "'', expected a number"),
         (VectorNav(), sentence("VNYMR,1,2,3"), "3 fields, expected 12"),
         (mip.Mip(), mip.encode(0x80, (0x0C, b"\0\0")), "2 bytes, expected 12 for three floats"),
         (

@@ -85,18 +85,26 @@ FAULTS = frozenset({2, 3, 6, 8, 11, 12, 15, 16, 99})
 """Stop codes after which someone has to look before the wheels turn again."""
 
 
-def error_text(code: int) -> str:
+def error_text(code: int, *, said: str = "") -> str:
     """Return what an error number of TC means.
+
+    Parameters
+    ----------
+    code : int
+    said : str
+        The controller's own words, for a number that is not listed here.
 
     Examples
     --------
     >>> error_text(20)
     'error 20: cannot begin with the motor off'
+    >>> error_text(113, said="Hall sensor fault")
+    'error 113: Hall sensor fault'
     >>> error_text(250)
     'error 250: see TC in the command reference of the controller'
     """
-    meaning = ERRORS.get(code, "see TC in the command reference of the controller")
-    return f"error {code}: {meaning}"
+    other = said or "see TC in the command reference of the controller"
+    return f"error {code}: {ERRORS.get(code, other)}"
 
 
 def stop_text(code: int) -> str:

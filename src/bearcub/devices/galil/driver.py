@@ -2,27 +2,22 @@
 
 import itertools
 import re
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeVar
 
-from bearcub.devices.driver import Ask, Conversation, Measured, Pause, Step
-from bearcub.devices.galil.codes import FAULTS, axis_faults, error_text
+from bearcub.devices.driver import Conversation, Measured
+from bearcub.devices.galil.codes import FAULTS, axis_faults
+from bearcub.devices.galil.commands import Commands, Steps
 from bearcub.devices.galil.record import AxisState, Layout, decode_record, decode_text, query
 from bearcub.devices.galil.replies import Reply, ReplyParser
 from bearcub.devices.galil.watchdog import LABEL, heartbeat, is_watchdog, watchdog_program
 from bearcub.devices.wheels import Rolled, Wheels
-from bearcub.errors import ConfigError, DeviceError, DeviceTimeout, FormatError
+from bearcub.errors import ConfigError, DeviceError, FormatError
 from bearcub.messages import WheelState
-
-_T = TypeVar("_T")
-_Exchange = Generator[Step[Reply], Reply | None, _T]
 
 _REVISION = "\x12\x16"  # ^R^V
 _EXPECTED = re.compile(r"(DMC\S+|RIO\S+) +Rev")
-_ANSWER = 0.3  # a controller answers within milliseconds [s]
 _DOWNLOAD = 2.0  # to its program memory [s]
-_SYNC = "BCSYNC"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -146,26 +141,42 @@ class GalilDriver:
             self._texts.append(telegram.text)
             if len(self._texts) < len(self._setup.axes):
                 return None
+            self._collecting = False
             self._axes = tuple(decode_text(text) for text in self._texts)
         else:
             return None
         return Measured(self._state(*self._axes))
 
     def conversation(self) -> Conversation[Reply]:
-        """Prepare the controller, then command it and ask it, again and again."""
+        """Return the steps of `converse`, for a link that `Streaming` runs over."""
+        return self.converse(Steps()).__await__()
+
+    async def converse(self, controller: Commands) -> None:
+        """Prepare a controller that was just connected, then command and ask it until cancelled.
+
+        Parameters
+        ----------
+        controller : Commands
+            Every reply it gives has to be shown to `value` before it goes on.
+
+        Raises
+        ------
+        DeviceError
+            If it cannot go on: the line is to be closed, and everything begins anew.
+        """
         self._by_text = self._switched_on = self._collecting = False
         self._axes = ()
         self._rolled.restart()
-        yield from self._identify()
-        yield from self._settle()
+        await self._identify(controller)
+        await self._settle(controller)
         if self._setup.silence:
-            yield from self._guard()
+            await self._guard(controller)
         self._by_text = self._layout is None
         for turn in itertools.count():
             if self._setup.silence and turn % round(self._setup.rate_hz) == 0:
-                yield from self._require_guard()
-            yield from self._cycle()
-            yield Pause(1 / self._setup.rate_hz)
+                await self._require_guard(controller)
+            await self._cycle(controller)
+            await controller.beat(1 / self._setup.rate_hz)
 
     def farewell(self) -> bytes:
         """Return the command to stop."""
@@ -194,20 +205,20 @@ class GalilDriver:
             reverse_limit=axis.reverse_limit,
         )
 
-    def _identify(self) -> _Exchange[None]:
-        (reply,) = yield from self._ask([_REVISION])
+    async def _identify(self, controller: Commands) -> None:
+        (reply,) = await controller.ask([_REVISION])
         if not _EXPECTED.match(reply.text):
             raise DeviceError(
                 f"answered {reply.text[:40]!r} to ^R^V, expected a Galil controller such as "
                 "'DMC4040 Rev 1.2d'; check its address"
             )
         self.revision = reply.text
-        positions = yield from self._ask([f"MG _TP{axis}" for axis in self._setup.axes])
+        positions = await controller.ask([f"MG _TP{axis}" for axis in self._setup.axes])
         for axis, answer in zip(self._setup.axes, positions, strict=True):
             if not answer.accepted:
                 raise DeviceError(f"{self.revision} has no axis {axis}; check galil.left and right")
 
-    def _settle(self) -> _Exchange[None]:
+    async def _settle(self, controller: Commands) -> None:
         """Stop what a predecessor left running; set ramps and the stop on position error."""
         setup, settings = self._setup, []
         for axis in setup.axes:
@@ -216,13 +227,13 @@ class GalilDriver:
                 f"DC{axis}={setup.ramp(setup.deceleration)}",
                 f"OE{axis}=1",
             ]
-        yield from self._require(["CW 1", f"ST {setup.axes}", *settings])
-        (shape,) = yield from self._ask(["QZ"])
+        await controller.require(["CW 1", f"ST {setup.axes}", *settings])
+        (shape,) = await controller.ask(["QZ"])
         self._layout = _layout(shape)
 
-    def _guard(self) -> _Exchange[None]:
+    async def _guard(self, controller: Commands) -> None:
         """Bring the watchdog into the controller and start it."""
-        listing = yield from self._listing()
+        listing = await controller.listing()
         if listing and not is_watchdog(listing) and not self._setup.replace_program:
             raise DeviceError(
                 f"{self.revision} holds a program of its own, which the watchdog would replace: "
@@ -232,43 +243,28 @@ class GalilDriver:
             self._setup.axes, deceleration=self._setup.ramp(self._setup.deceleration)
         )
         # DL itself prints nothing; the backslash that ends it is answered by two colons.
-        yield from self._require(["HX", f"DL\r{program}\r\\"], answers=3, timeout=_DOWNLOAD)
-        yield from self._require([f"XQ {LABEL}"])
+        await controller.require(["HX", f"DL\r{program}\r\\"], answers=3, within=_DOWNLOAD)
+        await controller.require([f"XQ {LABEL}"])
 
-    def _require_guard(self) -> _Exchange[None]:
+    async def _require_guard(self, controller: Commands) -> None:
         """Begin anew if the watchdog was halted by someone else; asked once a second."""
-        (reply,) = yield from self._ask(["MG _XQ0"])
+        (reply,) = await controller.ask(["MG _XQ0"])
         if not reply.accepted or reply.text.startswith("-"):
             raise DeviceError(
                 f"{self.revision}: its watchdog does not run any more; starts it anew"
             )
 
-    def _listing(self) -> _Exchange[str]:
-        """Return the program in memory; texts in it may hold colons and look like replies."""
-        heard: list[str] = []
-
-        def is_sync(reply: Reply) -> bool:
-            heard.append(reply.text)
-            return reply.text.endswith(_SYNC)
-
-        if (yield Ask(f'LS\rMG "{_SYNC}"\r'.encode("ascii"), is_sync, _DOWNLOAD)) is None:
-            raise DeviceTimeout(f"no end of the program listing within {_DOWNLOAD:g} s")
-        return "\n".join(heard).removesuffix(_SYNC).strip()
-
-    def _cycle(self) -> _Exchange[None]:
+    async def _cycle(self, controller: Commands) -> None:
         commands = self._commands()
         self._texts.clear()
         commands += [query(axis) for axis in self._setup.axes] if self._by_text else ["QR"]
         self._collecting = self._by_text
-        replies = yield from self._ask(commands)
-        self._collecting = False
-        refused = [c for c, r in zip(commands, replies, strict=True) if not r.accepted]
-        if "QR" in refused or any(command.startswith("MG") for command in refused):
-            raise DeviceError(f"refused {refused[-1]}, which it answered before")
-        self._rejections = ()
-        if refused:
-            why = yield from self._why()
-            self._rejections = tuple(f"{command} refused: {why}" for command in refused)
+        answers = list(zip(commands, await controller.ask(commands), strict=True))
+        refused = [(command, reply.text) for command, reply in answers if not reply.accepted]
+        for command, why in refused:
+            if command == "QR" or command.startswith("MG"):
+                raise DeviceError(f"refused {command}, which it answered before: {why}")
+        self._rejections = tuple(f"{command} refused: {why}" for command, why in refused)
 
     def _commands(self) -> list[str]:
         """Return the commands of this cycle; none before the state of the axes is known."""
@@ -299,41 +295,6 @@ class GalilDriver:
         """
         faulty = any(axis.stop_code in FAULTS for axis in self._axes)
         return self.enable_wanted or (commanded and not faulty and not self._switched_on)
-
-    def _why(self) -> _Exchange[str]:
-        (reply,) = yield from self._ask(["TC1"])
-        words = reply.text.split(maxsplit=1)
-        return error_text(int(words[0])) if words and words[0].isdecimal() else reply.text
-
-    def _require(
-        self, commands: Sequence[str], *, answers: int | None = None, timeout: float = _ANSWER
-    ) -> _Exchange[None]:
-        """Send commands that must be accepted."""
-        replies = yield from self._ask(commands, answers=answers, timeout=timeout)
-        for index, reply in enumerate(replies):
-            if not reply.accepted:
-                why = yield from self._why()
-                command = commands[min(index, len(commands) - 1)].partition("\r")[0]
-                raise DeviceError(f"{self.revision} refused {command!r}: {why}")
-
-    def _ask(
-        self, commands: Sequence[str], *, answers: int | None = None, timeout: float = _ANSWER
-    ) -> _Exchange[list[Reply]]:
-        """Send commands, each on a line of its own, and return the reply to each."""
-        replies: list[Reply] = []
-        expected = len(commands) if answers is None else answers
-
-        def complete(reply: Reply) -> bool:
-            replies.append(reply)
-            return len(replies) == expected
-
-        data = "".join(f"{command}\r" for command in commands).encode("ascii")
-        if (yield Ask(data, complete, timeout)) is None:
-            raise DeviceTimeout(
-                f"{len(replies)} of {expected} answers within {timeout:g} s to {commands[0]!r}; "
-                "check the controller's power and network"
-            )
-        return replies
 
 
 def _layout(shape: Reply) -> Layout | None:

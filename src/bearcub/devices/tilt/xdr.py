@@ -52,7 +52,8 @@ class Xdr(Listening):
     def value(self, telegram: Sentence) -> Measured[Tilt] | None:
         """Return pitch and roll once both are there, with the heading that came before them."""
         if telegram.name[2:] in ("HDT", "HDM"):
-            self._found["C"] = math.radians(telegram.number(telegram.fields[0]))
+            heading = telegram.fields[0] if telegram.fields else ""
+            self._found["C"] = math.radians(telegram.number(heading))
         if telegram.name[2:] != "XDR":
             return None
         self._take(telegram)
