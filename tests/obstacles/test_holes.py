@@ -132,3 +132,26 @@ def test_sight_of_a_hole_ends_where_it_covers_too_few_rows() -> None:
     # f h w / (R (R + w)) = 386 * 1.2 * 0.6 / (6.5 * 7.1) = 6.02 rows
     assert sight_limit(386.0, 1.2, length=0.6, rows=6) == pytest.approx(6.5, abs=0.02)
     assert sight_limit(772.0, 1.2, length=0.6, rows=6) > 9.0
+
+
+def test_pit_that_the_images_lower_border_cuts_is_told_and_ends_the_way(
+    shot: Shot, noisy: Noisy, look: Look, rig: Rig
+) -> None:
+    # the lowest row sees the floor at 1.55 m, beyond the pit's near lip
+    frame = shot(scenes.pit(distance=1.2, length=0.9, width=0.8, depth=0.4), by=rig)
+    answer = look(noisy(frame.disparity, 0.2), by=rig)
+    (hole,) = answer.holes
+    assert hole.truncated == ("bottom",)
+    assert hole.distance == pytest.approx(1.55, abs=0.05)
+    assert hole.width == pytest.approx(0.8, abs=0.1)
+    told = answer.to_dict()
+    assert told["holes"][0]["sigma"]["length"] is None
+    ahead = [way for way in told["free_range"] if abs(way["bearing_deg"]) < 8]
+    assert {way["limit"] for way in ahead} == {"hole"}
+    assert all(way["range"] < 1.7 for way in ahead)
+
+
+def test_descent_just_in_sight_is_no_drop(shot: Shot, noisy: Noisy, look: Look, rig: Rig) -> None:
+    # the line of sight falls by 22 deg at 3 m, the way by 12
+    frame = shot(scenes.ramp(start=3.0, slope=math.radians(-12.0)), by=rig)
+    assert look(noisy(frame.disparity, 0.2), by=rig, roll=0).holes == ()

@@ -12,7 +12,8 @@ References
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -30,6 +31,7 @@ _NOISE = (0.1, 0.6)  # least and largest noise of a pixel that the refinement be
 _REMOTE = 0.15  # loss of a plane one sigma from the prior, as a share of its score
 _BELOW = 0.5  # what a pixel below the plane costs, in supporting pixels
 _NEAR = 0.3  # the floor just ahead reaches to this share of its nearest level
+_WHOLE = 0.8  # of that share, in which the refinement may find it
 _HALF_WIDTH = 3.0  # of the way just ahead [m]; ground further aside counts less
 _CLOSE = 0.5  # pixels farther than this share of the nearest level count less
 _BIWEIGHT = 3.5  # Tukey's constant in sigmas
@@ -78,6 +80,13 @@ class _Pixels:
     floorlike: Bool
     stride: int
     area: float
+
+    def only(self, which: Bool) -> "_Pixels":
+        """Return some of the pixels."""
+        index = np.flatnonzero(which)
+        return replace(
+            self, uv1=self.uv1[:, index], d=self.d[index], floorlike=self.floorlike[index]
+        )
 
 
 def fit_plane(
@@ -160,12 +169,18 @@ def _prior_planes(projection: Projection, prior: Prior) -> Float64:
     return projection.plane(height=prior.height, down=down).T
 
 
+@cache
+def _draws(seed: int) -> Float64:
+    """Return random numbers from 0 to 1, shape (3, triples)."""
+    return np.random.default_rng(seed).random((3, _TRIPLES))
+
+
 def _triples(pixels: _Pixels, seed: int) -> Float64:
     """Propose planes through random triples of floor-like pixels, shape (N, 3)."""
     candidates = np.flatnonzero(pixels.floorlike)
     if len(candidates) < 30:
         return np.zeros((0, 3))
-    pick = candidates[np.random.default_rng(seed).integers(len(candidates), size=(3, _TRIPLES))]
+    pick = candidates[(_draws(seed) * len(candidates)).astype(np.int64)]
     u, v, _ = pixels.uv1[:, pick]
     d = pixels.d[pick]
     (u1, u2), (v1, v2), (d1, d2) = u[1:] - u[0], v[1:] - v[0], d[1:] - d[0]
@@ -251,6 +266,11 @@ def _refine(
         off = residual * residual / variance
         if nearest == 0.0:
             nearest = _nearest(floor, off)
+            near = floor > _WHOLE * _NEAR * nearest  # the others have no say
+            pixels = pixels.only(near)
+            uv1, d = pixels.uv1, pixels.d
+            floor, residual, off = floor[near], residual[near], off[near]
+            aside, bumps, variance = aside[near], bumps[near], variance[near]
         inside = (off < _BIWEIGHT**2) & (floor > _NEAR * nearest)
         weight = (1 - off / _BIWEIGHT**2) * np.minimum(floor / (_CLOSE * nearest), 1)
         weight *= weight

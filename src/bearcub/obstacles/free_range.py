@@ -129,7 +129,7 @@ def _pixels(
     d = np.where(label < 0, sorting.floor[grid].ravel()[index], measured.ravel()[index])
     v, u = np.divmod(index, labels.shape[1])
     u, v = sorting.u[::stride][u], sorting.v[::stride][v]
-    x, y, _ = view.points(u.astype(np.float64), v.astype(np.float64), d.astype(np.float64))
+    x, y, _ = view.points(u.astype(np.float32), v.astype(np.float32), d)
     sector = np.rint((np.arctan2(y, x) - first) / step).astype(np.int64)
     inside = (sector >= 0) & (sector < count)
     return sector[inside], np.sqrt(x * x + y * y)[inside], label[inside]

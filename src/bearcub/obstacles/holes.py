@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from bearcub.geometry import Float64
 from bearcub.messages import Bool, Ground, Hole
-from bearcub.obstacles.measure import View
+from bearcub.obstacles.measure import MARGIN, View, cut_sides
 from bearcub.obstacles.segment import Segments
 from bearcub.obstacles.sorting import Sorter, Sorting
 from bearcub.obstacles.verify import Witness, confirmed
@@ -31,6 +31,8 @@ from bearcub.robust import median, quantile
 
 _LEAST_PIXELS = 60
 _SURE, _SURE_NARROW = 1.5, 3.0  # standard errors by which the images must speak for a hole
+_PLAIN = 3.0  # times the tolerance that a tenth of a hole's pixels lie below the floor ...
+_PLAIN_PIXELS = 500  # ... and how many there must be, that no other evidence is asked for
 _NARROW = 0.3  # width [m] below which gaps between blades and stones look like holes
 _LEAST_COLUMNS = 8
 _LEAST_ROWS = 3
@@ -41,6 +43,7 @@ _VISIBLE = 0.8  # share of the visible depth from which on the bottom may be out
 _IMPOSSIBLE = 1.6  # times the visible depth, which its own errors allow for
 _RESUMED = 0.4  # of the tolerance: floor that lies lower still belongs to the drop
 _BORDERED = 0.6  # share of its columns in which floor must border it
+_AT_ONCE = 0.6  # of its fall three windows on that a drop has in the first behind its lip
 _LONGEST = 4.0  # ground that lies lower for longer is no pit but another floor [m]
 _DEEPEST = 0.1  # quantile of height that is called the bottom
 _VAGUE = 0.2  # 1-sigma of a hole's width, length and depth, as a share: its rim is a slope
@@ -104,6 +107,12 @@ class Region:
         """First column of the window [px]."""
         return int(self.sorting.u[0])
 
+    def plain(self) -> bool:
+        """Tell what lies so much below the floor that no wrong match does."""
+        fall = -self.sorting.residual[self.mask] / self.sorting.allowed[self.mask]
+        fall = fall[np.isfinite(fall)]
+        return len(fall) > _PLAIN_PIXELS and quantile(fall, 0.9) > _PLAIN
+
     def pixels(self) -> tuple[Index, Index]:
         """Return the columns and rows of its pixels in the window."""
         v, u = np.divmod(np.flatnonzero(self.mask), self.mask.shape[1])
@@ -114,20 +123,23 @@ class Region:
 class _Scene:
     """Everything a hole is judged against.
 
-    `things` are the pixels of obstacles on the grid of every `step`-th pixel.
+    `things` are the pixels of obstacles on the grid of every `step`-th pixel; `shape` is that of
+    the image.
     """
 
     things: Bool
     step: int
+    shape: tuple[int, int]
     view: View
     ground: Ground
 
     def floor_points(self, region: Region, u: Index, v: Float64) -> Float64:
         """Return where the floor at these pixels of the window lies, shape (3, N) [m]."""
         floor = region.sorting.floor[v.astype(int), u].astype(np.float64)
-        return self.view.points(
+        points = self.view.points(
             (u + region.left).astype(np.float64), v + region.top, np.maximum(floor, 1e-3)
         )
+        return points.astype(np.float64, copy=False)
 
 
 def find_holes(
@@ -175,7 +187,11 @@ def find_holes(
     if not ground.seen or np.count_nonzero(below) * segments.step**2 < _LEAST_PIXELS:
         return (), ()
     scene = _Scene(
-        things=things.take(segments.labels), step=segments.step, view=view, ground=ground
+        things=things.take(segments.labels),
+        step=segments.step,
+        shape=(sorter.disparity.shape[0], sorter.disparity.shape[1]),
+        view=view,
+        ground=ground,
     )
     found = []
     for region in _regions(below, sorter, segments.step):
@@ -184,7 +200,9 @@ def find_holes(
             continue
         u, v = region.pixels()
         sure = _SURE if hole.width >= _NARROW else _SURE_NARROW
-        if confirmed(witness, sorter, u + region.left, v + region.top, offset=offset, sure=sure):
+        if region.plain() or confirmed(
+            witness, sorter, u + region.left, v + region.top, offset=offset, sure=sure
+        ):
             found.append((hole, region))
     found.sort(key=lambda item: item[0].distance)
     return tuple(hole for hole, _ in found), tuple(region for _, region in found)
@@ -262,6 +280,8 @@ def _judge(region: Region, scene: _Scene) -> Hole | None:
     # a worn rim is as wide as the hole is large
     beyond = max(_EDGE_ROWS, rows // 2, rows // 4 + len(u) // 6)
     far_floor = _borders(resumed, u, top, -1, rows=beyond)
+    if region.plain():  # the image's lower border may cut it
+        near_floor |= bottom + region.top >= scene.shape[0] - MARGIN
     if near_floor.mean() < _BORDERED or _mirrors(region, scene, u, top).mean() > 0.5:
         return None
     near = scene.floor_points(region, u, bottom.astype(np.float64) + 0.5)
@@ -298,10 +318,21 @@ def _borders(what: Bool, u: Index, v: Index, way: int, *, rows: int = _EDGE_ROWS
 
 def _falls_at_once(sorting: Sorting, u: Index, bottom: Index) -> bool:
     """Tell a drop from ground that only slopes away: the disparity falls off at the lip."""
-    rows = np.clip(bottom[None, :] - np.arange(2, 2 + _EDGE_ROWS)[:, None], 0, None)
-    fall = np.nan_to_num(-sorting.residual[rows, u[None, :]])
-    fell = np.median(fall, axis=0) > 2 * sorting.allowed[bottom, u]
+    at_lip = _fall(sorting, u, bottom, 2) > 2 * sorting.allowed[bottom, u]
+    # lower ground stays as much lower, a descent goes on falling
+    behind, beyond = (
+        _fall(sorting, u, bottom, _EDGE_ROWS),
+        _fall(sorting, u, bottom, 3 * _EDGE_ROWS),
+    )
+    fell = at_lip & (behind > _AT_ONCE * beyond)
     return bool(fell.mean() > _BORDERED)
+
+
+def _fall(sorting: Sorting, u: Index, bottom: Index, first: int) -> Float64:
+    """Return how far the disparity falls [px] in some rows from the `first` beyond the lip on."""
+    rows = np.clip(bottom[None, :] - np.arange(first, first + _EDGE_ROWS)[:, None], 0, None)
+    fall = np.nan_to_num(-sorting.residual[rows, u[None, :]])
+    return np.asarray(np.median(fall, axis=0), dtype=np.float64)
 
 
 def _measure(
@@ -343,6 +374,13 @@ def _measure(
         return None  # no line of sight reaches so deep: a wrong match
     level = view.projection.fx * view.projection.baseline / max(distance, 1e-6)
     step = distance * distance * pixel / ground.height  # of the floor per row [m]
+    box = (
+        int(u[0]) + region.left,
+        int(top.min()) + region.top,
+        int(u[-1]) + region.left,
+        int(bottom.max()) + region.top,
+    )
+    cut = cut_sides(box, scene.shape)
     return Hole(
         x=float(near[0, first]),
         y=float(near[1, first]),
@@ -354,21 +392,23 @@ def _measure(
         depth_is_lower_bound=(pit and depth > _VISIBLE * visible) or not pit,
         kind="pit" if pit else "drop",
         sigma_distance=math.hypot(5 * step, distance * ground.noise / level / 4),
-        sigma_width=math.hypot(3 * pixel * distance, _VAGUE * across),
-        sigma_length=math.hypot(3 * step, _VAGUE * length) if pit else math.nan,
+        sigma_width=(
+            math.nan
+            if {"left", "right"} & set(cut)
+            else math.hypot(3 * pixel * distance, _VAGUE * across)
+        ),
+        sigma_length=(
+            math.hypot(3 * step, _VAGUE * length) if pit and "bottom" not in cut else math.nan
+        ),
         sigma_depth=math.hypot(
             (ground.height + depth) * ground.noise / level / math.sqrt(max(shown / 25, 1)),
             distance * ground.sigma_pitch,
             _VAGUE * depth,  # where exactly the rim and the bottom are is a matter of definition
         ),
         confidence=1 - math.exp(-shown / (4 * _LEAST_PIXELS)),
-        box=(
-            int(u[0]) + region.left,
-            int(top.min()) + region.top,
-            int(u[-1]) + region.left,
-            int(bottom.max()) + region.top,
-        ),
+        box=box,
         pixels=int(np.count_nonzero(region.mask)),
+        truncated=cut,
     )
 
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +24,12 @@ _STEP = 0.15  # what rises over a longer way is sloping ground [m]
 _LEANS = 1.6  # sigmas of noise from the nearest tenth to the median of an upright face, at most
 _EDGE = 1.0  # 1-sigma of where a side is [px]
 _BLURRED = 0.04  # 1-sigma of a width, share of it: feet and tapers that the floor's noise hides
+MARGIN = 6  # rows and columns at the image's border that a matcher may lose [px]
 _BLOCK = 25.0  # neighbouring pixels of a matcher that err together
 
 
 Index = NDArray[np.int64]
+Float = NDArray[np.floating[Any]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,13 +48,17 @@ class View:
     base_from_optical: Float64
     origin: Float64
 
-    def points(self, u: Float64, v: Float64, disparity: Float64) -> Float64:
-        """Return the points [m] in ``base_link`` of pixels, shape (3, N)."""
+    def points(self, u: Float, v: Float, disparity: Float) -> Float:
+        """Return the points [m] in ``base_link`` of pixels, shape (3, N), as precise as these."""
         p = self.projection
-        rays = np.stack([(u - p.cx) / p.fx, (v - p.cy) / p.fy, np.ones(len(u))])
+        across, down = (u - p.cx) * (1 / p.fx), (v - p.cy) * (1 / p.fy)
+        points = np.empty((3, len(u)), dtype=disparity.dtype)
         with np.errstate(divide="ignore", invalid="ignore"):  # what is infinitely far is nowhere
-            rays *= p.fx * p.baseline / disparity
-            points: Float64 = self.base_from_optical @ rays + self.origin[:, None]
+            depth = p.fx * p.baseline / disparity
+            axes = zip(points, self.base_from_optical.tolist(), self.origin.tolist(), strict=True)
+            for axis, (a, b, c), origin in axes:
+                np.multiply(a * across + b * down + c, depth, out=axis)
+                np.add(axis, origin, out=axis)
         return points
 
 
@@ -185,6 +192,32 @@ def measure(
     )
 
 
+def cut_sides(box: tuple[int, int, int, int], shape: tuple[int, int]) -> tuple[str, ...]:
+    """Name the image borders that a box touches, with the margin a matcher loses there.
+
+    Parameters
+    ----------
+    box : tuple of int
+        First column and row, last column and row [px].
+    shape : tuple of int
+        Rows and columns of the image.
+
+    Examples
+    --------
+    >>> cut_sides((2, 40, 90, 476), (480, 640))
+    ('left', 'bottom')
+    """
+    left, top, right, bottom = box
+    rows, columns = shape
+    sides = {
+        "left": left < MARGIN,
+        "right": right >= columns - MARGIN,
+        "top": top < MARGIN,
+        "bottom": bottom >= rows - MARGIN,
+    }
+    return tuple(name for name, touched in sides.items() if touched)
+
+
 def _ends(values: Float64, step: float, *, share: float) -> tuple[float, float]:
     """Return where the histogram of `values` with bins of `step` rises and falls.
 
@@ -229,7 +262,8 @@ def _main_run(counts: Float64, threshold: float) -> tuple[int, int]:
     """
     above = np.flatnonzero(counts >= threshold)
     gap = max(4, len(above) // 4)
-    runs = np.split(above, np.flatnonzero(np.diff(above) > gap) + 1)
+    gaps = np.flatnonzero(np.diff(above) > gap) + 1
+    runs = np.split(above, gaps) if len(gaps) else [above]
     fullest = max(runs, key=lambda run: float(counts[run].sum()))
     return int(fullest[0]), int(fullest[-1])
 

@@ -30,7 +30,7 @@ from bearcub.obstacles.free_range import free_range
 from bearcub.obstacles.holes import find_holes
 from bearcub.obstacles.joining import Thing, joined
 from bearcub.obstacles.layers import Painter
-from bearcub.obstacles.measure import Extent, View, measure
+from bearcub.obstacles.measure import Extent, View, cut_sides, measure
 from bearcub.obstacles.segment import Member, Segments, segment
 from bearcub.obstacles.sorting import Sorter
 from bearcub.obstacles.terrain import lie_of_the_land
@@ -38,7 +38,7 @@ from bearcub.obstacles.verify import Witness, confirmed
 from bearcub.rig.model import Mount
 from bearcub.robust import median
 
-_SURE = 1.3  # standard errors by which the images must speak for a thing
+_SURE = 1.5  # standard errors by which the images must speak for a thing
 _SURE_FOOT = 2.0  # ... for one whose foot is lost in the tolerance
 _SURE_STRAY = 2.5  # ... for what is as small or sparse as stray matches in the air are
 _FOOT_SHARE = 0.3  # of the pixels below that must belong to a thing rather than to the floor
@@ -327,7 +327,7 @@ class ObstacleStage:
 
     def _obstacle(self, identity: int, thing: Thing, shape: tuple[int, int]) -> Obstacle:
         extent, box, pixels = thing.extent, thing.box, thing.pixels
-        cut = _cut(box, shape)
+        cut = cut_sides(box, shape)
         weight = min(6.0, math.log(pixels / self.least_pixels) + 0.5)
         remark = f"; cut by the image's {' and '.join(cut)} border" if cut else ""
         return Obstacle(
@@ -422,17 +422,3 @@ def _box(member: Member, shape: tuple[int, int]) -> tuple[int, int, int, int]:
     u, v, more = member.u, member.v, member.stride - 1
     right, bottom = int(u.max()) + more, int(v.max()) + more
     return int(u.min()), int(v.min()), min(right, shape[1] - 1), min(bottom, shape[0] - 1)
-
-
-def _cut(box: tuple[int, int, int, int], shape: tuple[int, int]) -> tuple[str, ...]:
-    """Name the image borders that a box touches, with the margin a matcher loses there."""
-    left, top, right, bottom = box
-    rows, columns = shape
-    margin = 6
-    sides = {
-        "left": left < margin,
-        "right": right >= columns - margin,
-        "top": top < margin,
-        "bottom": bottom >= rows - margin,
-    }
-    return tuple(name for name, touched in sides.items() if touched)

@@ -12,7 +12,7 @@ from bearcub.obstacles.sorting import Sorting
 _BAND = (1.5, 5.0)  # where slope and cross slope are taken [m] (the contract)
 _STEP = 0.5  # length of a band of the profile [m]
 _DOUBTFUL = math.radians(5.0)  # bands less certain than this are left out
-_PIXELS = 4000
+_PIXELS = 2000
 _LEAST_PIXELS = 100
 _LEAST_KNOTS = 6
 _INDEPENDENT = 4.0  # pixels of a bin of the profile that err independently

@@ -70,6 +70,7 @@ def cases(*, size: tuple[int, int], config: Config, pair: bool = False) -> list[
     )
     match = StereoStage.for_rig(rig.camera, rig.mount, config.matching)
     matched = match(left, right).disparity - np.float32(rig.camera.doffs)
+    matched.flags.writeable = False
     snapshots = {
         "sample, disparity given": Snapshot(disparity=matched, tilt=found.tilt),
         f"wall at {_WALL:g} m, disparity given": Snapshot(
@@ -109,7 +110,9 @@ def wall_disparity(rig: Rig, *, distance: float = _WALL, seed: int = 0) -> Float
     noise = np.random.default_rng(seed).normal(0.0, _NOISE, wall.shape)
     seen = np.maximum(np.maximum(wall, a * u + b * v + c) + noise, 0.0)
     steps: Float64 = np.round(seen * _STEPS) / _STEPS - camera.doffs
-    return steps.astype(np.float32)
+    quantised = steps.astype(np.float32)
+    quantised.flags.writeable = False
+    return quantised
 
 
 def measure(stage: Stage, snapshot: Snapshot, *, frames: int) -> dict[str, Float64]:
