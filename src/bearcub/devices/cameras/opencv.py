@@ -127,7 +127,7 @@ class VideoDevice:
         Raises
         ------
         DeviceError
-            If it cannot be opened, or gives pictures of another size than was set.
+            If it cannot be opened, or gives pictures of another format or size than was set.
         """
         with quiet_opencv():
             if self._stream:
@@ -189,6 +189,18 @@ class VideoDevice:
             capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, _AUTOMATIC)
         if not math.isnan(settings.gain):
             capture.set(cv2.CAP_PROP_GAIN, settings.gain)
+        self._check(capture)
+
+    def _check(self, capture: cv2.VideoCapture) -> None:
+        """Raise `DeviceError` where the camera does not give what was set."""
+        settings = self._settings
+        code = round(capture.get(cv2.CAP_PROP_FOURCC))
+        if settings.pixel_format and code != cv2.VideoWriter.fourcc(*settings.pixel_format):
+            given = code.to_bytes(4, "little", signed=code < 0).decode("ascii", "replace")
+            raise DeviceError(
+                f"gives pictures as {given}, not {settings.pixel_format}; "
+                "v4l2-ctl --list-formats-ext shows its formats"
+            )
         found = tuple(
             round(capture.get(key)) for key in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)
         )
