@@ -26,7 +26,10 @@ _TRIPLES = 200
 _SCORED = 700  # pixels a proposal is scored on
 _FINALISTS = 16  # proposals that are scored on all of these
 _REFINED = 4200  # pixels the refinement uses
-_ANNEAL = (0.5,)  # assumed noise while the refinement closes in [px]
+_ANNEAL = 0.5  # assumed noise of the refinement's first step [px]
+_STEPS, _MOST_STEPS = 3, 8  # of the refinement
+_SETTLED = 0.02  # change of the floor that needs no further step [px] ...
+_FEW = 50  # ... looked at on every so many pixels
 _NOISE = (0.1, 0.6)  # least and largest noise of a pixel that the refinement believes [px]
 _REMOTE = 0.15  # loss of a plane one sigma from the prior, as a share of its score
 _BELOW = 0.5  # what a pixel below the plane costs, in supporting pixels
@@ -257,9 +260,8 @@ def _refine(
     lateral = (uv1[0] - projection.cx) * projection.baseline / d
     aside = 1.0 / (1.0 + (lateral / _HALF_WIDTH) ** 2)
     bumps = (0.5 * bump * d) ** 2
-    scale, nearest = _ANNEAL[0], 0.0
-    for assumed in (*_ANNEAL, 0.0, 0.0):
-        scale = assumed or scale
+    scale, nearest = _ANNEAL, 0.0
+    for step in range(1, _MOST_STEPS + 1):
         floor = plane @ uv1
         residual = d - floor
         variance = bumps + scale**2
@@ -283,9 +285,12 @@ def _refine(
             solved = np.linalg.solve(weighted @ uv1.T, weighted @ d)
         except np.linalg.LinAlgError:
             return None
+        moved = float(np.abs((solved - plane) @ uv1[:, ::_FEW]).max())
         plane = np.asarray(solved, dtype=np.float64)
         scale = 1.4826 * _weighted_median(np.abs(residual[inside]), aside[inside])
         scale = min(max(scale, _NOISE[0]), _NOISE[1])
+        if step >= _STEPS and moved < _SETTLED:
+            break
     if not _within(plane[None], projection, prior, gates)[0][0]:
         return None
     return _summary(pixels, plane, scale, weight * variance, bump, nearest)

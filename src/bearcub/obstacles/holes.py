@@ -33,10 +33,10 @@ _LEAST_PIXELS = 60
 _SURE, _SURE_NARROW = 1.5, 3.0  # standard errors by which the images must speak for a hole
 _PLAIN = 3.0  # times the tolerance that a tenth of a hole's pixels lie below the floor ...
 _PLAIN_PIXELS = 500  # ... and how many there must be, that no other evidence is asked for
-_NARROW = 0.3  # width [m] below which gaps between blades and stones look like holes
+_NARROW = 0.4  # width [m] below which gaps between blades and stones look like holes
 _LEAST_COLUMNS = 8
 _LEAST_ROWS = 3
-_RIM = 0.12  # share of a pit's depth at which its rim is taken
+_RIM = 0.2  # share of a pit's depth at which its rim is taken
 _RIM_SIGMAS = 1.5  # ... but no closer to the floor than this many sigmas of noise
 _EDGE_ROWS = 6  # rows searched beyond a rim for what borders it
 _VISIBLE = 0.8  # share of the visible depth from which on the bottom may be out of sight
@@ -130,6 +130,7 @@ class _Scene:
     things: Bool
     step: int
     shape: tuple[int, int]
+    fringe: float
     view: View
     ground: Ground
 
@@ -153,6 +154,7 @@ def find_holes(
     farthest: float,
     witness: Witness | None,
     offset: float,
+    fringe: float,
 ) -> tuple[tuple[Hole, ...], tuple[Region, ...]]:
     """Find pits and drops.
 
@@ -173,6 +175,8 @@ def find_holes(
         The images, to ask again.
     offset : float
         In the disparity, not in the images [px].
+    fringe : float
+        How far the matcher carries the floor beside a hole into it [px].
 
     Returns
     -------
@@ -190,6 +194,7 @@ def find_holes(
         things=things.take(segments.labels),
         step=segments.step,
         shape=(sorter.disparity.shape[0], sorter.disparity.shape[1]),
+        fringe=fringe,
         view=view,
         ground=ground,
     )
@@ -359,7 +364,8 @@ def _measure(
     pixel = 1.0 / view.projection.fx
     bearing = 0.5 * (left + right)
     rim = np.concatenate([near, far], axis=1) if pit else near
-    across = _extent(rim[1] * math.cos(bearing) - rim[0] * math.sin(bearing)) + pixel * distance
+    across = _extent(rim[1] * math.cos(bearing) - rim[0] * math.sin(bearing))
+    across += (1 + 2 * scene.fringe) * pixel * distance
     length = _extent(rim[0] * math.cos(bearing) + rim[1] * math.sin(bearing)) if pit else math.nan
     depth, shown = _depth(region, ground, pit=pit)
     if depth <= 0.0:

@@ -45,6 +45,7 @@ _FOOT_SHARE = 0.3  # of the pixels below that must belong to a thing rather than
 _FOOT_ROWS, _FOOT_COLUMNS = 40, 40  # at which they are looked at, at most
 _FOOT_CLEAR = 0.3  # least difference between a thing's disparity and the floor's that tells [px]
 _WITNESSED = 2 / 3  # of the sigmas will do where the images can be asked
+_REFINED = 4.0  # half the window in which a matched map was refined [px]
 _RISEN = 0.6  # share of its height that a low thing reaches at its front
 _SMALL = 400  # pixels of a thing that may be mixed ones
 _BESIDE = 8  # columns or rows to a nearer thing's edge [px]
@@ -165,6 +166,7 @@ class ObstacleStage:
             farthest=self.farthest,
             witness=witness,
             offset=disparity.offset,
+            fringe=disparity.fattening + (0.0 if witness is None else _REFINED),
         )
         painter = Painter(sorter=sorter, segments=segments, identities=identities, holes=regions)
         terrain = lie_of_the_land(sorting, view, ground, gravity=gravity)
