@@ -11,6 +11,7 @@ from bearcub.geometry import Attitude
 from bearcub.messages import Answer, Float32, Obstacle, Pixel
 from bearcub.rig import Rig
 from bearcub.sim import Rendered, scenes
+from bearcub.sim.solids import Box
 from bearcub.sim.world import Ground, Scene, Thing
 
 Shot = Callable[..., Rendered]
@@ -285,3 +286,16 @@ def test_height_is_above_the_ground_that_a_thing_stands_on(
     assert found.distance == pytest.approx(5.0, abs=0.1)
     assert found.height == pytest.approx(0.6, abs=0.06)  # not 0.6 m and the ramp's 0.22 or 0.37
     assert found.base_height == 0.0
+
+
+@pytest.mark.parametrize("yaw", [30.0, 45.0])
+def test_distance_of_a_crate_turned_towards_us_is_that_of_its_edge(
+    shot: Shot, noisy: Noisy, look: Look, rig: Rig, yaw: float
+) -> None:
+    box = Box(
+        x=3.0, y=0.0, bottom=0.0, size=(0.6, 0.6, 0.6), yaw=math.radians(yaw), texture=scenes.WOOD
+    )
+    frame = shot(scene(Thing(name="crate", foot=(3.0, 0.0), parts=(box,))), by=rig)
+    found = only(look(noisy(frame.disparity, 0.1), by=rig).obstacles)
+    # 3 m less half a diagonal of 0.85 m at 45 deg; the mean of its direction is 4 cm beyond
+    assert found.distance == pytest.approx(frame.truth["obstacles"][0]["distance"], abs=0.015)

@@ -22,6 +22,7 @@ _EXPLAINED_LONG = 0.25  # the same share where range itself is noisy
 _BEFORE = 1.06  # times a thing's disparity is where its ground begins, before what is its foot
 _STEP = 0.15  # what rises over a longer way is sloping ground [m]
 _LEANS = 1.6  # sigmas of noise from the nearest tenth to the median of an upright face, at most
+_SHARPEST = 0.03  # share of its range that an edge may be nearer than its direction's mean
 _EDGE = 1.0  # 1-sigma of where a side is [px]
 _BLURRED = 0.04  # 1-sigma of a width, share of it: feet and tapers that the floor's noise hides
 MARGIN = 6  # rows and columns at the image's border that a matcher may lose [px]
@@ -151,7 +152,7 @@ def measure(
     blur = noise / (view.projection.fx * view.projection.baseline)
     ranges, bearings, counts = _near_face(bearing, reach, left, right, pixel, blur)
     nearest = int(np.argmin(ranges))
-    distance = float(ranges[nearest])
+    distance = float(ranges[nearest]) - _to_the_point(ranges, nearest)
     d_near = float(view.projection.fx * view.projection.baseline / max(distance, 1e-6))
     spread = math.sqrt(noise**2 * _BLOCK / max(weight * counts[nearest], _BLOCK) + bias**2)
     sigma_distance = distance * spread / d_near
@@ -293,6 +294,26 @@ def _near_face(
         inner = 0.25 * ranges[:-2] + 0.5 * ranges[1:-1] + 0.25 * ranges[2:]
         ranges = np.concatenate([ranges[:1], inner, ranges[-1:]])
     return ranges, directions, counts[used].astype(np.float64)
+
+
+def _to_the_point(ranges: Float64, nearest: int) -> float:
+    """Return how much nearer than its direction's smoothed range an edge turned towards us is [m].
+
+    About an edge the range grows by a step s a direction on both sides. The mean over the direction
+    is s/4 beyond the edge, the smoothing makes it 5/8 s; at a thing's end the mean is s/2 beyond.
+    """
+    last = len(ranges) - 1
+    if 2 <= nearest <= last - 2:
+        outer, inner = (
+            ranges[nearest - 2] + ranges[nearest + 2],
+            ranges[nearest - 1] + ranges[nearest + 1],
+        )
+        step, share = 0.5 * float(outer - inner), 0.625
+    elif last >= 2 and nearest in (0, last):
+        step, share = float(ranges[1 if nearest == 0 else last - 1] - ranges[nearest]), 0.5
+    else:
+        return 0.0
+    return min(share * max(step, 0.0), _SHARPEST * float(ranges[nearest]))
 
 
 def _chord(ranges: Float64, left: float, right: float) -> float:
