@@ -65,7 +65,10 @@ def test_empty_file_is_the_default(tmp_path: Path) -> None:
         ("[detection]\nleast_pixels = 30.0\n", "detection.least_pixels = 30.0: expected int"),
         ("[detection]\nfarthest = true\n", "detection.farthest = True: expected float"),
         ("[matching]\nsharpen = 1\n", "matching.sharpen = 1: expected bool"),
-        ("[matching]\nmatcher = 'sgmb'\n", "matching.matcher = 'sgmb': must be one of sgbm, bm"),
+        (
+            "[matching]\nmatcher = 'sgmb'\n",
+            "matching.matcher = 'sgmb': must be one of native, sgbm, bm",
+        ),
         ("[matching\n", "is not TOML"),
     ],
 )

@@ -33,9 +33,13 @@ DATA = ("py.typed", "sample/left.png", "sample/right.png", "sample/rig.toml", "s
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The wheel and the sdist, in a folder."""
+    """The wheel, without the native core, and the sdist, in a folder."""
     folder = tmp_path_factory.mktemp("dist")
-    command = [sys.executable, "-m", "hatchling", "build", "-d", str(folder)]
+    program = (
+        "import sys; from scikit_build_core.build import build_sdist, build_wheel;"
+        "build_sdist(sys.argv[1]); build_wheel(sys.argv[1], {'wheel.cmake': 'false'})"
+    )
+    command = [sys.executable, "-c", program, str(folder)]
     subprocess.run(command, cwd=ROOT, check=True, capture_output=True, timeout=HANGS)
     return folder
 
@@ -62,6 +66,7 @@ def test_the_sdist_holds_what_the_checks_need(built: Path) -> None:
     assert {f"src/bearcub/{name}" for name in DATA} <= names
     assert {"README.md", "LICENSE", "CHANGELOG.md", "pyproject.toml", ".ci/run"} <= names
     assert {"docs/images/sample.jpg", "tests/test_package.py", "tools/render_sample.py"} <= names
+    assert {"native/CMakeLists.txt", "native/src/kernels.cpp"} <= names
 
 
 def test_the_core_needs_four_packages() -> None:

@@ -58,7 +58,16 @@ def choice(default: str, doc: str, *choices: str) -> Any:
 class Matching(Table):
     """From two images to one disparity map."""
 
-    matcher: str = choice("sgbm", "which matcher", "sgbm", "bm")
+    matcher: str = choice(
+        "sgbm",
+        "which matcher; sgbm stands in for native where that was not compiled",
+        "native",
+        "sgbm",
+        "bm",
+    )
+    threads: int = setting(
+        1, "threads of the native matcher; its answer is the same for any number", low=1, high=64
+    )
     nearest: float = setting(
         0.0,
         "nearest range to search [m]; 0: the nearest floor in view, a quarter of the width at most",
@@ -66,7 +75,7 @@ class Matching(Table):
         high=100.0,
     )
     block_size: int = setting(
-        5, "side of the matched block [px]; bm uses at least 9", low=1, high=31
+        5, "side of the matched block [px]; bm uses at least 9, native always 5", low=1, high=31
     )
     uniqueness: int = setting(
         10, "margin of the best over the second best match [%]", low=0, high=100

@@ -1,5 +1,7 @@
 """Matchers measure what is there, say NaN where the right image cannot know, nothing else."""
 
+from collections.abc import Callable
+
 import cv2
 import numpy as np
 import pytest
@@ -14,9 +16,11 @@ from bearcub.stereo.matchers import (
     SgbmMatcher,
     left_right_check,
 )
+from bearcub.stereo.native import NativeMatcher, reason_missing
 
+Kind = Callable[[SearchRange], Matcher]
 nan = np.nan
-KINDS = [SgbmMatcher, BmMatcher]
+KINDS: list[Kind] = [SgbmMatcher, BmMatcher, *([] if reason_missing() else [NativeMatcher])]
 
 
 def textured(height: int, width: int, *, seed: int = 0) -> UInt8:
@@ -35,7 +39,7 @@ def pair_of(disparity: Float32) -> tuple[UInt8, UInt8]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_slanted_surface_is_measured_to_a_fraction_of_a_pixel(kind: type[SgbmMatcher]) -> None:
+def test_a_slanted_surface_is_measured_to_a_fraction_of_a_pixel(kind: Kind) -> None:
     rows = np.arange(120, dtype=np.float32)[:, None]
     truth = np.repeat(4.25 + 0.1 * rows, 200, axis=1).astype(np.float32)
     found = kind(SearchRange(0, 32))(*pair_of(truth))
@@ -48,7 +52,7 @@ def test_a_slanted_surface_is_measured_to_a_fraction_of_a_pixel(kind: type[SgbmM
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_left_strip_is_answered_wherever_the_right_image_shows_it(
-    kind: type[SgbmMatcher],
+    kind: Kind,
 ) -> None:
     left, right = pair_of(np.full((80, 200), 20, np.float32))
     found = kind(SearchRange(0, 64))(left, right)
@@ -58,7 +62,7 @@ def test_the_left_strip_is_answered_wherever_the_right_image_shows_it(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_no_match_lies_outside_the_right_image(kind: type[SgbmMatcher]) -> None:
+def test_no_match_lies_outside_the_right_image(kind: Kind) -> None:
     found = kind(SearchRange(-16, 64))(textured(60, 120, seed=1), textured(60, 120, seed=2))
     columns = np.arange(120) - found
     assert np.nanmin(columns, initial=0) >= 0
@@ -66,7 +70,7 @@ def test_no_match_lies_outside_the_right_image(kind: type[SgbmMatcher]) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_negative_disparities_are_measured_up_to_the_right_border(kind: type[SgbmMatcher]) -> None:
+def test_negative_disparities_are_measured_up_to_the_right_border(kind: Kind) -> None:
     found = kind(SearchRange(-16, 32))(*pair_of(np.full((80, 160), -7, np.float32)))
     assert (np.abs(found[10:-10, 10:145] + 7) < 0.5).mean() > 0.9
     assert np.isnan(found[:, 155:]).mean() > 0.95

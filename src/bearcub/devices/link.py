@@ -291,6 +291,7 @@ def reason(error: Exception) -> str:
     number = getattr(error, "errno", None)  # pyserial wraps the system's words in its own
     if isinstance(number, int) and number > 0:
         return os.strerror(number).lower()
-    # numbers of the resolver are negative and have texts of their own
-    text = getattr(error, "strerror", None) or str(error)
-    return "hung up" if "returned no data" in text else text.lower()
+    text = str(error)
+    if isinstance(number, int):  # the resolver's are negative and have texts of their own
+        return (getattr(error, "strerror", None) or text).lower()
+    return "hung up" if "returned no data" in text else text

@@ -10,15 +10,16 @@ from bearcub.errors import InputError
 from bearcub.messages import DisparityMap, Float32, UInt8, as_disparity, as_image
 from bearcub.rig.model import Camera, Mount
 from bearcub.stereo.checks import check_disparity, check_order
+from bearcub.stereo.choice import matcher_for, refinement
 from bearcub.stereo.epipolar import epipolar_offset
 from bearcub.stereo.gates import gate
 from bearcub.stereo.images import grey
-from bearcub.stereo.matchers import BmMatcher, Matcher, SgbmMatcher
-from bearcub.stereo.refine import refine
+from bearcub.stereo.matchers import Matcher
 from bearcub.stereo.search import search_range
 
 _SOUND = 0.5  # share of matched pixels that leaves no doubt of a map
 _MANY = 0.6  # share of matched pixels that no swapped pair has
+_INFINITE = np.uint32(0x7F800000)  # the bits of infinity as float32
 
 
 class StereoStage:
@@ -40,6 +41,8 @@ class StereoStage:
         Register every window once more for an unbiased fraction of a pixel.
     align : bool
         Measure the pair's vertical misalignment, too.
+    threads : int
+        That the registration uses where it is compiled.
     """
 
     def __init__(
@@ -52,13 +55,14 @@ class StereoStage:
         speckle_area: int = 100,
         sharpen: bool = True,
         align: bool = True,
+        threads: int = 1,
     ) -> None:
         self._matcher = matcher
         self._doffs = doffs
         self._agreement = agreement
         self._contrast = contrast
         self._speckle_area = speckle_area
-        self._refine = sharpen
+        self._sharpen = refinement(threads=threads) if sharpen else None
         self._align = align
         self._order_settled = False
 
@@ -68,21 +72,15 @@ class StereoStage:
     ) -> "StereoStage":
         """Return the stage that `matching` configures for this camera on this mount."""
         search = search_range(camera, mount, nearest=matching.nearest)
-        kind = BmMatcher if matching.matcher == "bm" else SgbmMatcher
-        matcher = kind(
-            search,
-            block_size=matching.block_size,
-            uniqueness=matching.uniqueness,
-            left_right=matching.left_right,
-        )
         return cls(
-            matcher,
+            matcher_for(search, matching),
             doffs=camera.doffs,
             agreement=matching.agreement,
             contrast=matching.contrast,
             speckle_area=matching.speckle_area,
             sharpen=matching.sharpen,
             align=align,
+            threads=matching.threads,
         )
 
     def __call__(self, left: UInt8, right: UInt8) -> DisparityMap:
@@ -119,8 +117,8 @@ class StereoStage:
         )
         if not self._order_settled:
             self._order_settled = self._check_order(left, right, disparity)
-        if self._refine:
-            disparity = refine(left, right, disparity)
+        if self._sharpen is not None:
+            disparity = self._sharpen(left, right, disparity)
         offset = epipolar_offset(left, right, disparity) if self._align else math.nan
         matched = _taken(
             disparity + np.float32(self._doffs),
@@ -148,6 +146,7 @@ def from_disparity(
     ----------
     disparity : ndarray of floats, shape (H, W)
         As measured [px]; NaN or infinite where unmatched, 0 at infinity (``-doffs`` with `doffs`).
+        A sound map that is read-only is taken as it is, any other is copied.
     doffs : float
         ``cx_right - cx_left`` [px], added.
     name : str
@@ -162,7 +161,9 @@ def from_disparity(
     InputError
         If it is not a map of floats, nothing is matched, or most disparities are negative.
     """
-    adjusted = as_disparity(disparity, name=name) + np.float32(doffs)
+    adjusted = as_disparity(disparity, name=name)
+    if doffs != 0.0 or adjusted.flags.writeable:
+        adjusted = adjusted + np.float32(doffs)
     taken = _taken(adjusted, smallest=0.0, largest=math.inf, offset=math.nan, fattening=0.0)
     if taken.valid_share < _SOUND:
         check_disparity(as_disparity(disparity, name=name) + np.float32(doffs), name=name)
@@ -177,13 +178,13 @@ def _taken(
     What lies up to a pixel beyond infinity is infinity; what lies farther beyond, or is infinite,
     is no match.
     """
-    sound = (adjusted >= 0.0) & (adjusted < math.inf)  # NaN compares false
+    # the bits of floats from 0 to the largest finite one are the integers in the same order
+    sound = adjusted.view(np.uint32) < _INFINITE
     valid = int(np.count_nonzero(sound))
     if valid + np.count_nonzero(np.isnan(adjusted)) < adjusted.size:
         known = (adjusted >= -1.0) & (adjusted < math.inf)
         valid = int(np.count_nonzero(known))
-        np.copyto(adjusted, np.float32(np.nan), where=~known)
-        np.maximum(adjusted, 0.0, out=adjusted)
+        adjusted = np.where(known, np.maximum(adjusted, np.float32(0)), np.float32(np.nan))
     adjusted.flags.writeable = False
     return DisparityMap(
         disparity=adjusted,

@@ -1,0 +1,127 @@
+// The core as Python sees it. What is passed has been checked by bearcub.stereo.native.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "matcher.h"
+#include "refiner.h"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace bearcub {
+namespace {
+
+template <class T>
+using Map = nb::ndarray<T, nb::ndim<2>, nb::device::cpu>;
+template <class T>
+using Contiguous = nb::ndarray<T, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+template <class Table>
+const Table& named(const Table* (*find)(const char*), const std::optional<std::string>& level) {
+    const Table* found = find(level ? level->c_str() : nullptr);
+    if (found == nullptr) {
+        throw std::invalid_argument(level ? "this machine does not run " + *level
+                                          : std::string("this machine runs no level"));
+    }
+    return *found;
+}
+
+std::vector<std::string> levels() {
+    std::vector<std::string> found;
+    for (const char* level : {"avx512", "avx2", "sse41", "neon"}) {
+        if (kernels(level) != nullptr) found.emplace_back(level);
+    }
+    return found;
+}
+
+template <class Array>
+void require_shape(const Array& array, int height, int width, const char* name) {
+    if (static_cast<int>(array.shape(0)) != height || static_cast<int>(array.shape(1)) != width) {
+        throw std::invalid_argument(std::string(name) + ": not of the shape that was set up");
+    }
+}
+
+template <class Pixel>
+Image image(const Map<const Pixel>& array, int height, int width, const char* name) {
+    require_shape(array, height, width, name);
+    if (array.stride(1) != 1 && width > 1) {
+        throw std::invalid_argument(std::string(name) + ": pixels of a row must lie side by side");
+    }
+    return {reinterpret_cast<const uint8_t*>(array.data()),
+            static_cast<std::ptrdiff_t>(array.stride(0) * sizeof(Pixel))};
+}
+
+template <class Pixel>
+void match(Matcher& matcher, const Map<const Pixel>& left, const Map<const Pixel>& right,
+           const Contiguous<float>& disparity,
+           const std::optional<Contiguous<uint8_t>>& confidence) {
+    const auto [height, width, smallest, disparities, bits] = matcher.shape();
+    if ((bits > 8) != (sizeof(Pixel) > 1)) {
+        throw std::invalid_argument("left: not of the bits that were set up");
+    }
+    const Image images[] = {image(left, height, width, "left"),
+                            image(right, height, width, "right")};
+    require_shape(disparity, height, width, "disparity");
+    if (confidence) require_shape(*confidence, height, width, "confidence");
+    const nb::gil_scoped_release release;
+    matcher.match(images[0], images[1], disparity.data(), confidence ? confidence->data() : nullptr);
+}
+
+void refine(Refiner& refiner, const Map<const uint8_t>& left, const Map<const uint8_t>& right,
+            const Contiguous<const float>& disparity, const Contiguous<float>& refined) {
+    const int height = refiner.height(), width = refiner.width();
+    const Image images[] = {image(left, height, width, "left"),
+                            image(right, height, width, "right")};
+    require_shape(disparity, height, width, "disparity");
+    require_shape(refined, height, width, "refined");
+    const nb::gil_scoped_release release;
+    refiner.refine(images[0], images[1], disparity.data(), refined.data());
+}
+
+}  // namespace
+
+NB_MODULE(_native, m) {
+    m.doc() = "Kernels of the stereo stage, compiled.";
+    m.def("levels", &levels, "Instruction sets that this machine runs, the best first.");
+    nb::class_<Matcher>(m, "Matcher", "Semi-global matching of pairs of one shape.")
+        .def(
+            "__init__",
+            [](Matcher* self, int height, int width, int smallest, int disparities, int bits,
+               int small_step, int large_step, int least_step, int edge_discount, int uniqueness,
+               int left_right, float texture, int speckle_area, float speckle_step, int threads,
+               const std::optional<std::string>& level) {
+                const auto byte = [](int x) { return static_cast<uint8_t>(x); };
+                const Tuning tuning{byte(small_step), byte(large_step), byte(least_step),
+                                    byte(edge_discount), uniqueness, left_right, texture,
+                                    speckle_area, speckle_step};
+                new (self) Matcher({height, width, smallest, disparities, bits}, tuning, threads,
+                                   named(kernels, level));
+            },
+            nb::kw_only(), "height"_a, "width"_a, "smallest"_a, "disparities"_a, "bits"_a,
+            "small_step"_a, "large_step"_a, "least_step"_a, "edge_discount"_a, "uniqueness"_a,
+            "left_right"_a, "texture"_a, "speckle_area"_a, "speckle_step"_a, "threads"_a,
+            "level"_a.none())
+        .def("match", &match<uint8_t>, "left"_a, "right"_a, "disparity"_a, "confidence"_a.none())
+        .def("match", &match<uint16_t>, "left"_a, "right"_a, "disparity"_a, "confidence"_a.none())
+        .def_prop_ro("bytes", &Matcher::bytes, "Working memory [bytes].");
+    nb::class_<Refiner>(m, "Refiner", "Registration of the windows of pairs of one shape.")
+        .def(
+            "__init__",
+            [](Refiner* self, int height, int width, int threads,
+               const std::optional<std::string>& level) {
+                new (self) Refiner(height, width, threads, named(refine_kernels, level));
+            },
+            nb::kw_only(), "height"_a, "width"_a, "threads"_a, "level"_a.none())
+        .def("refine", &refine, "left"_a, "right"_a, "disparity"_a, "refined"_a)
+        .def_prop_ro("bytes", &Refiner::bytes, "Working memory [bytes].");
+}
+
+}  // namespace bearcub

@@ -1,0 +1,171 @@
+#include "refiner.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace bearcub {
+namespace {
+
+constexpr int kStripeHeight = 32;  // rows that a thread takes at a time
+constexpr int kMargin = 16;        // columns beside a row
+constexpr int kRing = 16;          // rows that are kept: the window's nine and a few more
+
+// How far ahead of the answer a row is needed: for its sums, their sums, and the slope.
+constexpr int kSumsAhead = kHalfWindow, kDifferencesAhead = 2 * kHalfWindow;
+constexpr int kGreyAhead = kDifferencesAhead + 1;
+
+}  // namespace
+
+// The rows being worked on, each quantity in a ring.
+struct Refiner::Rings {
+    explicit Rings(int width)
+        : pitch(rounded_up(width + 2 * kMargin, kMargin)),
+          floats(kQuantities * kRing * pitch),
+          products(2 * pitch),
+          left(kRing * pitch),
+          right(pitch),
+          words(pitch),
+          scratch(pitch) {}
+
+    enum Quantity { matched, slope, difference, difference_sums, cross_sums, square_sums,
+                    kQuantities };
+
+    float* row(Quantity quantity, int i) {
+        return floats.data() + (quantity * kRing + i % kRing) * pitch + kMargin;
+    }
+    uint8_t* left_row(int i) { return left.data() + i % kRing * pitch + kMargin; }
+
+    std::ptrdiff_t pitch;
+    Buffer<float> floats, products;
+    Buffer<uint8_t> left, right;
+    Buffer<uint32_t> words;
+    Buffer<float> scratch;
+    std::size_t bytes() const {
+        return floats.bytes() + products.bytes() + left.bytes() + right.bytes() + words.bytes() + scratch.bytes();
+    }
+};
+
+Refiner::Refiner(int height, int width, int threads, const RefineKernels& kernels)
+    : height_(height),
+      width_(width),
+      stripes_((height + kStripeHeight - 1) / kStripeHeight),
+      kernels_(kernels),
+      between_(static_cast<std::size_t>(height) * width),
+      pool_(std::min(threads, stripes_)) {
+    for (int i = 0; i < pool_.threads(); ++i) rings_.push_back(std::make_unique<Rings>(width));
+}
+
+Refiner::~Refiner() = default;
+
+void Refiner::refine(const Image& left, const Image& right, const float* disparity,
+                     float* refined) {
+    const std::lock_guard lock(one_at_a_time_);
+    left_ = left;
+    right_ = right;
+    auto first = [&](int i, int worker) {
+        refine_stripe(i, disparity, between_.data(), *rings_[worker]);
+    };
+    auto second = [&](int i, int worker) {
+        refine_stripe(i, between_.data(), refined, *rings_[worker]);
+    };
+    auto bound = [&](int i, int) {
+        for (int row = i * kStripeHeight; row < std::min((i + 1) * kStripeHeight, height_); ++row) {
+            const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(row) * width_;
+            kernels_.bounded(disparity + at, refined + at, width_, refined + at);
+        }
+    };
+    pool_.run(stripes_, first);
+    pool_.run(stripes_, second);
+    pool_.run(stripes_, bound);
+}
+
+// One step of registration. Every quantity runs ahead of those that are summed from it.
+void Refiner::refine_stripe(int stripe, const float* from, float* to, Rings& rings) const {
+    const int first = stripe * kStripeHeight, end = std::min(first + kStripeHeight, height_);
+    const auto wanted = [&](int row, int ahead) {
+        return row >= std::max(first - ahead, 0) && row < std::min(end + ahead, height_);
+    };
+    for (int row = first - 2 * kGreyAhead; row < end; ++row) {
+        if (wanted(row + kGreyAhead, kGreyAhead)) load(row + kGreyAhead, from, rings);
+        if (wanted(row + kDifferencesAhead, kDifferencesAhead)) {
+            differ(row + kDifferencesAhead, from, rings);
+        }
+        if (wanted(row + kSumsAhead, kSumsAhead)) multiply(row + kSumsAhead, rings);
+        if (wanted(row, 0)) move(row, from, to, rings);
+    }
+}
+
+namespace {
+
+// Beyond its ends a row goes back the way it came.
+template <class T>
+void extend(T* row, int width) {
+    for (int i = 1; i <= kHalfWindow; ++i) {
+        row[-i] = row[reflected(-i, width)];
+        row[width - 1 + i] = row[reflected(width - 1 + i, width)];
+    }
+}
+
+}  // namespace
+
+void Refiner::load(int row, const float* from, Rings& rings) const {
+    uint8_t *left = rings.left_row(row), *right = rings.right.data();
+    std::memcpy(left, left_.row(row), width_);
+    extend(left, width_);
+    std::memcpy(right, right_.row(row), width_);
+    right[width_] = right[width_ - 1];
+    float* matched = rings.row(Rings::matched, row);
+    kernels_.matched(right, from + static_cast<std::ptrdiff_t>(row) * width_, width_,
+                     rings.words.data(), matched);
+    extend(matched, width_);
+}
+
+void Refiner::differ(int row, const float* from, Rings& rings) const {
+    const int above = reflected(row - 1, height_), below = reflected(row + 1, height_);
+    const uint8_t* const left[] = {rings.left_row(above), rings.left_row(row),
+                                   rings.left_row(below)};
+    const float* const matched[] = {rings.row(Rings::matched, above),
+                                    rings.row(Rings::matched, row),
+                                    rings.row(Rings::matched, below)};
+    float* difference = rings.row(Rings::difference, row);
+    kernels_.differences(left, matched, from + static_cast<std::ptrdiff_t>(row) * width_, width_,
+                         rings.row(Rings::slope, row), difference);
+    extend(difference, width_);
+    kernels_.sums(difference, width_, rings.scratch.data(),
+                  rings.row(Rings::difference_sums, row));
+}
+
+void Refiner::multiply(int row, Rings& rings) const {
+    const float* sums[kWindow];
+    for (int i = 0; i < kWindow; ++i) {
+        sums[i] = rings.row(Rings::difference_sums, reflected(row - kHalfWindow + i, height_));
+    }
+    float* cross = rings.row(Rings::cross_sums, row);
+    float* square = rings.row(Rings::square_sums, row);
+    float* products[] = {rings.products.data() + kMargin,
+                         rings.products.data() + rings.pitch + kMargin};
+    kernels_.products(sums, rings.row(Rings::difference, row), rings.row(Rings::slope, row), width_,
+                      products[0], products[1]);
+    for (float* product : products) extend(product, width_);
+    kernels_.sums(products[0], width_, rings.scratch.data(), cross);
+    kernels_.sums(products[1], width_, rings.scratch.data(), square);
+}
+
+void Refiner::move(int row, const float* from, float* to, Rings& rings) const {
+    const float *cross[kWindow], *square[kWindow];
+    for (int i = 0; i < kWindow; ++i) {
+        const int near = reflected(row - kHalfWindow + i, height_);
+        cross[i] = rings.row(Rings::cross_sums, near);
+        square[i] = rings.row(Rings::square_sums, near);
+    }
+    const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(row) * width_;
+    kernels_.moved(cross, square, from + at, width_, to + at);
+}
+
+std::size_t Refiner::bytes() const {
+    std::size_t sum = between_.bytes();
+    for (const auto& rings : rings_) sum += rings->bytes();
+    return sum;
+}
+
+}  // namespace bearcub

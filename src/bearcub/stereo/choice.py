@@ -1,0 +1,70 @@
+"""Which matcher the configuration asks for, and what stands in for what was not compiled."""
+
+import functools
+import logging
+from collections.abc import Callable
+
+from bearcub.config import Matching
+from bearcub.messages import Float32, UInt8
+from bearcub.stereo.matchers import BmMatcher, Matcher, SearchRange, SgbmMatcher
+from bearcub.stereo.native import (
+    MOST_DISPARITIES,
+    NativeMatcher,
+    NativeRefinement,
+    reason_missing,
+)
+from bearcub.stereo.refine import refine
+
+Refinement = Callable[[UInt8, UInt8, Float32], Float32]
+
+_log = logging.getLogger(__name__)
+
+
+def matcher_for(search: SearchRange, matching: Matching) -> Matcher:
+    """Return the matcher that `matching` asks for.
+
+    Where the native one was not compiled, or the search is wider than it can, OpenCV's
+    semi-global matcher stands in; the log says so once.
+    """
+    if matching.matcher == "native" and _native_can(search.count):
+        return NativeMatcher(
+            search,
+            uniqueness=matching.uniqueness,
+            left_right=matching.left_right,
+            speckle_area=matching.speckle_area,
+            threads=matching.threads,
+        )
+    kind = BmMatcher if matching.matcher == "bm" else SgbmMatcher
+    return kind(
+        search,
+        block_size=matching.block_size,
+        uniqueness=matching.uniqueness,
+        left_right=matching.left_right,
+    )
+
+
+def refinement(*, threads: int) -> Refinement:
+    """Return the fastest form of the refinement that is there; all do the same."""
+    return refine if reason_missing() else NativeRefinement(threads=threads)
+
+
+def _native_can(count: int) -> bool:
+    if reason_missing():
+        _say_once(
+            f"the native matcher is not there ({reason_missing()}); OpenCV's takes its place, "
+            "several times slower: reinstall bearcub where there is a C++ compiler"
+        )
+        return False
+    if count > MOST_DISPARITIES:
+        _say_once(
+            f"{count} disparities to search are more than the native matcher tries "
+            f"({MOST_DISPARITIES}); OpenCV's takes its place, several times slower: shrink the "
+            "images or set matching.nearest"
+        )
+        return False
+    return True
+
+
+@functools.cache
+def _say_once(sentence: str) -> None:
+    _log.warning("%s", sentence)
