@@ -13,6 +13,7 @@ from bearcub.stereo.checks import check_disparity, check_order
 from bearcub.stereo.choice import matcher_for, refinement
 from bearcub.stereo.epipolar import epipolar_offset
 from bearcub.stereo.gates import gate
+from bearcub.stereo.grain import without_grain
 from bearcub.stereo.images import grey
 from bearcub.stereo.matchers import Matcher
 from bearcub.stereo.search import search_range
@@ -110,7 +111,7 @@ class StereoStage:
         disparity = gate(
             left,
             right,
-            self._matcher(left, right),
+            self._matcher(*without_grain(left, right)),
             agreement=self._agreement,
             contrast=self._contrast,
             speckle_area=self._speckle_area,
