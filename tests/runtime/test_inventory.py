@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from bearcub.runtime.inventory import Plugged, cameras, serial_ports, software
+from bearcub.stereo.native import levels, reason_missing
 
 
 def test_cameras_are_listed_in_order_with_their_names_that_last(tmp_path: Path) -> None:
@@ -34,4 +35,11 @@ def test_serial_ports_are_listed_by_their_paths() -> None:
 def test_missing_software_comes_with_the_command_that_installs_it() -> None:
     parts = software()
     assert {part.name: part.found for part in parts}["serial lines"]
-    assert all(part.advice.startswith("run: ") for part in parts)
+    assert all("run: " in part.advice for part in parts)
+
+
+def test_the_native_core_is_named_with_what_it_runs_on() -> None:
+    core = software()[0]
+    assert core.name.startswith("native core")
+    assert core.found == (reason_missing() == "")
+    assert not core.found or core.name.split()[-1] in levels()

@@ -18,6 +18,7 @@ from bearcub.runtime.devices import Device
 from bearcub.runtime.signs import Trial, judge, trials_of, unmoved
 from bearcub.runtime.stereo_check import check_pair
 from bearcub.runtime.verdict import Grade, Remark
+from bearcub.stereo.native import levels
 
 _STEP = 0.02  # between two looks [s]
 _OLD = 0.15  # a value that is older on arrival makes the robot late [s]
@@ -271,9 +272,9 @@ def processor_remark(*, frames: int = 10) -> Remark:
         f"{cores} cores, load {load:.1f}"
     )
     if took > FRAME_BUDGET_MS:
-        return Remark(
-            text, grade=Grade.WARNING, advice="use smaller pictures (--scale), or matcher = bm"
-        )
+        faster = "native" if levels() else "bm"
+        advice = f"use smaller pictures (--scale), or matcher = {faster}"
+        return Remark(text, grade=Grade.WARNING, advice=advice)
     if cores - load < 1:
         return Remark(text, grade=Grade.WARNING, advice="end other programs: no core is free")
     return Remark(text)

@@ -5,6 +5,8 @@ import importlib.util
 from dataclasses import dataclass
 from pathlib import Path
 
+from bearcub.stereo.native import levels
+
 _CAMERAS = Path("/sys/class/video4linux")
 _CAMERA_NAMES = Path("/dev/v4l/by-id")
 _PORT_NAMES = Path("/dev/serial/by-id")
@@ -94,6 +96,7 @@ def serial_ports(*, names: Path = _PORT_NAMES) -> list[Plugged] | None:
 def software() -> list[Software]:
     """Return the optional parts of the installation, whether or not they are there."""
     return [
+        _native_core(),
         _module("serial lines", "serial", "pip install 'bearcub[devices]'"),
         _module("GPS", "pynmeagps", "pip install 'bearcub[devices]'"),
         _module("MAVLink", "pymavlink", "pip install pymavlink"),
@@ -109,6 +112,15 @@ def software() -> list[Software]:
             "libegl1 libegl-mesa0 libgl1-mesa-dri",
         ),
     ]
+
+
+def _native_core() -> Software:
+    best = levels()[:1]
+    return Software(
+        name=f"native core: {best[0]}" if best else "native core",
+        found=bool(best),
+        advice="matching is several times slower; run: sudo apt install g++, and install again",
+    )
 
 
 def _module(name: str, module: str, command: str) -> Software:
