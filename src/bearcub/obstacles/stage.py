@@ -14,9 +14,7 @@ from bearcub.geometry import (
     forward_in_camera,
 )
 from bearcub.messages import (
-    Bool,
     DisparityMap,
-    Float32,
     FreeRange,
     Ground,
     Hole,
@@ -33,6 +31,7 @@ from bearcub.obstacles.layers import Painter
 from bearcub.obstacles.measure import Extent, View, cut_sides, measure
 from bearcub.obstacles.segment import Member, Segments, segment
 from bearcub.obstacles.sorting import Sorter
+from bearcub.obstacles.surroundings import goes_on_below, hidden_below, mixed
 from bearcub.obstacles.terrain import lie_of_the_land
 from bearcub.obstacles.verify import Witness, confirmed
 from bearcub.rig.model import Mount
@@ -41,14 +40,10 @@ from bearcub.robust import median
 _SURE = 1.5  # standard errors by which the images must speak for a thing
 _SURE_FOOT = 2.0  # ... for one whose foot is lost in the tolerance
 _SURE_STRAY = 2.5  # ... for what is as small or sparse as stray matches in the air are
-_FOOT_SHARE = 0.3  # of the pixels below that must belong to a thing rather than to the floor
-_FOOT_ROWS, _FOOT_COLUMNS = 40, 40  # at which they are looked at, at most
-_FOOT_CLEAR = 0.3  # least difference between a thing's disparity and the floor's that tells [px]
 _WITNESSED = 2 / 3  # of the sigmas will do where the images can be asked
 _REFINED = 4.0  # half the window in which a matched map was refined [px]
 _RISEN = 0.6  # share of its height that a low thing reaches at its front
 _SMALL = 400  # pixels of a thing that may be mixed ones
-_BESIDE = 8  # columns or rows to a nearer thing's edge [px]
 _LARGE_IMAGE = 200_000  # pixels of an image of which every third column and row is looked at first
 _LARGE = 8000  # pixels of a thing that needs no second look at the images
 
@@ -274,7 +269,7 @@ class ObstacleStage:
         d, u, v = disparity.disparity, member.u, member.v
         if member.pixels < self.least_pixels:
             return None, math.inf
-        if member.pixels < _SMALL and _mixed(d, segments, member):
+        if member.pixels < _SMALL and mixed(d, segments, member):
             return None, math.inf
         extent = measure(
             view,
@@ -293,9 +288,9 @@ class ObstacleStage:
         hidden = ground.height * median(sorter.tolerance_at(u, v) / d[v, u])
         least = _SURE
         if self._hangs(extent, hidden):
-            if _hidden_below(d, segments, member):
+            if hidden_below(d, segments, member):
                 extent = replace(extent, bottom=0.0)  # its foot is out of sight
-            elif witnessed and _goes_on_below(sorter, member):
+            elif witnessed and goes_on_below(sorter, member):
                 extent, least = replace(extent, bottom=0.0), _SURE_FOOT
         hangs = self._hangs(extent, hidden)
         sure = self._sure(extent, member.pixels, hangs=hangs, witnessed=witnessed)
@@ -364,60 +359,6 @@ def _beyond(extent: Extent, ramp: Extent) -> bool:
     """Tell what is behind the foot of a long ramp, of what hangs in the air: the ramp goes on."""
     aside = abs(extent.bearing - ramp.bearing) * extent.distance
     return extent.distance > ramp.distance and aside < 0.5 * (extent.width + ramp.width)
-
-
-def _mixed(d: Float32, segments: Segments, member: Member) -> bool:
-    """Tell pixels that a matcher put between a nearer thing's edge and what is behind it."""
-    beside = np.zeros(len(member.u), dtype=bool)
-    for right, down in ((-_BESIDE, 0), (_BESIDE, 0), (0, _BESIDE)):
-        beside |= _nearer_thing(d, segments, member, right, down)
-    return bool(beside.mean() > 0.5)
-
-
-def _hidden_below(d: Float32, segments: Segments, member: Member) -> bool:
-    """Tell whether a nearer thing hides what is below these pixels."""
-    hidden = _nearer_thing(d, segments, member, 0, _BESIDE)
-    columns = np.bincount(member.u, minlength=1) > 0
-    below = np.bincount(member.u[hidden], minlength=1) > 0
-    return bool(np.count_nonzero(below) > 0.5 * np.count_nonzero(columns))
-
-
-def _goes_on_below(sorter: Sorter, member: Member) -> bool:
-    """Tell whether what is below a thing, down to the floor it would stand on, is its own.
-
-    There the floor's disparity comes close to the thing's, and the tolerance hides the difference
-    of a pixel; not that of many.
-    """
-    level = median(sorter.disparity[member.v, member.u])
-    lowest = np.full(int(member.u.max()) + 1, -1)
-    np.maximum.at(lowest, member.u, member.v + member.stride - 1)
-    columns = np.flatnonzero(lowest >= 0)
-    columns = columns[:: max(1, len(columns) // _FOOT_COLUMNS)]
-    below = sorter.disparity.shape[0] - 1 - lowest[columns].min()
-    rows = lowest[columns][None, :] + np.arange(1, below + 1, max(1, below // _FOOT_ROWS))[:, None]
-    inside = rows < sorter.disparity.shape[0]
-    rows = np.minimum(rows, sorter.disparity.shape[0] - 1)
-    u = np.broadcast_to(columns[None, :], rows.shape)
-    floor, d = sorter.surface.at(u, rows), sorter.disparity[rows, u]
-    above = inside & (floor < level - _FOOT_CLEAR)
-    # close under it is the rest of what hangs, as the underside of a table
-    low = np.cumsum(above, axis=0) > 0.5 * above.sum(axis=0)
-    clear = above & low & np.isfinite(d)
-    own = clear & (np.abs(d - level) < 0.5 * (level - floor))
-    seen = clear.sum(axis=0)
-    # of a table every leg goes on below, but not the table
-    goes_on = own.sum(axis=0) > _FOOT_SHARE * seen
-    return bool(np.count_nonzero(goes_on) > 0.5 * len(goes_on))
-
-
-def _nearer_thing(d: Float32, segments: Segments, member: Member, right: int, down: int) -> Bool:
-    """Tell which pixels have a nearer other thing so many pixels beside them."""
-    column = np.minimum(np.maximum(member.u + right, 0), d.shape[1] - 1)
-    row = np.minimum(member.v + down, d.shape[0] - 1)
-    other = segments.labels[row // segments.step, column // segments.step]
-    nearer = d[row, column] > d[member.v, member.u]
-    beside: Bool = (other != 0) & (other != member.number) & nearer
-    return beside
 
 
 def _box(member: Member, shape: tuple[int, int]) -> tuple[int, int, int, int]:

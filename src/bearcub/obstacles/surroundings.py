@@ -1,0 +1,67 @@
+"""What is around a thing in the image: something nearer beside it, its foot or floor below it."""
+
+import numpy as np
+
+from bearcub.messages import Bool, Float32
+from bearcub.obstacles.segment import Member, Segments
+from bearcub.obstacles.sorting import Sorter
+from bearcub.robust import median
+
+_FOOT_SHARE = 0.3  # of the pixels below that must belong to a thing rather than to the floor
+_FOOT_ROWS, _FOOT_COLUMNS = 40, 40  # at which they are looked at, at most
+_FOOT_CLEAR = 0.3  # least difference between a thing's disparity and the floor's that tells [px]
+_BESIDE = 8  # columns or rows to a nearer thing's edge [px]
+
+
+def mixed(d: Float32, segments: Segments, member: Member) -> bool:
+    """Tell pixels that a matcher put between a nearer thing's edge and what is behind it."""
+    beside = np.zeros(len(member.u), dtype=bool)
+    for right, down in ((-_BESIDE, 0), (_BESIDE, 0), (0, _BESIDE)):
+        beside |= _nearer_thing(d, segments, member, right, down)
+    return bool(beside.mean() > 0.5)
+
+
+def hidden_below(d: Float32, segments: Segments, member: Member) -> bool:
+    """Tell whether a nearer thing hides what is below these pixels."""
+    hidden = _nearer_thing(d, segments, member, 0, _BESIDE)
+    columns = np.bincount(member.u, minlength=1) > 0
+    below = np.bincount(member.u[hidden], minlength=1) > 0
+    return bool(np.count_nonzero(below) > 0.5 * np.count_nonzero(columns))
+
+
+def goes_on_below(sorter: Sorter, member: Member) -> bool:
+    """Tell whether what is below a thing, down to the floor it would stand on, is its own.
+
+    There the floor's disparity comes close to the thing's, and the tolerance hides the difference
+    of a pixel; not that of many.
+    """
+    level = median(sorter.disparity[member.v, member.u])
+    lowest = np.full(int(member.u.max()) + 1, -1)
+    np.maximum.at(lowest, member.u, member.v + member.stride - 1)
+    columns = np.flatnonzero(lowest >= 0)
+    columns = columns[:: max(1, len(columns) // _FOOT_COLUMNS)]
+    below = sorter.disparity.shape[0] - 1 - lowest[columns].min()
+    rows = lowest[columns][None, :] + np.arange(1, below + 1, max(1, below // _FOOT_ROWS))[:, None]
+    inside = rows < sorter.disparity.shape[0]
+    rows = np.minimum(rows, sorter.disparity.shape[0] - 1)
+    u = np.broadcast_to(columns[None, :], rows.shape)
+    floor, d = sorter.surface.at(u, rows), sorter.disparity[rows, u]
+    above = inside & (floor < level - _FOOT_CLEAR)
+    # close under it is the rest of what hangs, as the underside of a table
+    low = np.cumsum(above, axis=0) > 0.5 * above.sum(axis=0)
+    clear = above & low & np.isfinite(d)
+    own = clear & (np.abs(d - level) < 0.5 * (level - floor))
+    seen = clear.sum(axis=0)
+    # of a table every leg goes on below, but not the table
+    goes_on = own.sum(axis=0) > _FOOT_SHARE * seen
+    return bool(np.count_nonzero(goes_on) > 0.5 * len(goes_on))
+
+
+def _nearer_thing(d: Float32, segments: Segments, member: Member, right: int, down: int) -> Bool:
+    """Tell which pixels have a nearer other thing so many pixels beside them."""
+    column = np.minimum(np.maximum(member.u + right, 0), d.shape[1] - 1)
+    row = np.minimum(member.v + down, d.shape[0] - 1)
+    other = segments.labels[row // segments.step, column // segments.step]
+    nearer = d[row, column] > d[member.v, member.u]
+    beside: Bool = (other != 0) & (other != member.number) & nearer
+    return beside

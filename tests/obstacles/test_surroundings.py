@@ -1,0 +1,79 @@
+"""Whether a thing whose lower part is not told from the floor stands on it or hangs over it."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from bearcub.messages import Float32, Ground
+from bearcub.obstacles.segment import Member
+from bearcub.obstacles.sorting import Sorter
+from bearcub.obstacles.surroundings import goes_on_below
+
+LEVEL = 8.0  # of the thing [px]; the floor has it in row 100
+FOUND = slice(40, 70)  # rows in which it was found
+COLUMNS = slice(40, 60)
+
+
+@pytest.fixture
+def stands(plane: Ground) -> Callable[[Float32], bool]:
+    """Return a function that asks a map about the thing found in it."""
+
+    def ask(disparity: Float32) -> bool:
+        sorter = Sorter.of(disparity, plane, sigmas=2.0, unevenness=0.0, farthest_level=0.5)
+        v, u = (grid.ravel() for grid in np.mgrid[FOUND, COLUMNS])
+        return goes_on_below(sorter, Member(number=1, u=u, v=v, stride=1, pixels=len(u)))
+
+    return ask
+
+
+@pytest.fixture
+def plane() -> Ground:
+    """Return a floor of a level in ten rows, its horizon at row 20."""
+    return Ground(
+        plane=np.array([0.0, 0.1, -2.0]),
+        covariance=np.diag([1e-12, 1e-12, 1e-6]),
+        height=1.2,
+        pitch=0.1,
+        roll=0.0,
+        sigma_height=0.01,
+        sigma_pitch=0.001,
+        sigma_roll=0.001,
+        noise=0.8,
+        source="image",
+        seen=True,
+        residual=0.8,
+        tilt_disagreement=float("nan"),
+    )
+
+
+@pytest.fixture
+def floor() -> Float32:
+    """Return the floor with the upper part of a thing, and noise, in 120 rows."""
+    noise = np.random.default_rng(0).normal(0, 0.8, (120, 100))
+    d = np.maximum(0.1 * np.arange(120)[:, None] - 2.0, 0) + noise
+    d[FOUND, COLUMNS] = LEVEL
+    return np.asarray(d, dtype=np.float32)
+
+
+def test_thing_that_goes_on_to_the_floor_stands(
+    floor: Float32, stands: Callable[[Float32], bool]
+) -> None:
+    floor[70:100, COLUMNS] = LEVEL + np.random.default_rng(1).normal(0, 0.8, (30, 20))
+    assert stands(floor)
+
+
+def test_thing_with_floor_below_hangs(floor: Float32, stands: Callable[[Float32], bool]) -> None:
+    assert not stands(floor)
+
+
+def test_what_nothing_is_known_of_below_is_not_said_to_stand(
+    floor: Float32, stands: Callable[[Float32], bool]
+) -> None:
+    floor[70:, COLUMNS] = np.nan
+    assert not stands(floor)
+
+
+def test_legs_do_not_make_a_table_stand(floor: Float32, stands: Callable[[Float32], bool]) -> None:
+    floor[70:100, 40:43] = floor[70:100, 57:60] = LEVEL
+    assert not stands(floor)
