@@ -270,30 +270,31 @@ class _Tracker:
         reach = 3.0 * self._noise
         least = max(_LEAST // 2, _SHARE * len(way))
         # what goes on as before is the floor, however much stands beside it
-        on = _between(way, expected - reach, expected + reach)
-        if len(on) < least:
+        first, last = _between(way, expected - reach, expected + reach)
+        if last - first < least:
             low = self._bend(level, self._lift - rise) - reach
             high = self._bend(level, self._lift + rise) + reach
-            on = _between(way, low, high)
-            if len(on) < least:
+            first, last = _between(way, low, high)
+            if last - first < least:
                 # a step takes most of the way off the floor, to one side
                 most = (1 - _SHARE) * len(way)
                 self.ended = (
                     bisect_left(way, high) < len(way) - most or bisect_right(way, low) > most
                 )
-                self.share = max(0.1, len(on) / len(way))
+                self.share = max(0.1, (last - first) / len(way))
                 return expected
         for _ in range(2):  # to the middle of that surface
-            middle = on[len(on) // 2]
-            on = _between(way, middle - reach, middle + reach)
-        self.share = max(0.1, len(on) / len(way))
-        middle = on[len(on) // 2]
-        spread = _spread(on)
+            middle = way[(first + last) // 2]
+            first, last = _between(way, middle - reach, middle + reach)
+        count = last - first
+        self.share = max(0.1, count / len(way))
+        middle = way[(first + last) // 2]
+        spread = _spread(way, first, last)
         lift = self._height * middle / max(level + middle, 0.1)
         there = self._depth / max(level + middle, 0.1)
         # a spread far beyond the noise so far is of several surfaces, and excuses no climb
         noise = min(spread, 1.5 * self._noise)
-        doubt = self._height * noise / level * math.sqrt(_CORRELATED / len(on))
+        doubt = self._height * noise / level * math.sqrt(_CORRELATED / count)
         change = lift - self._lift
         if self._x is not None:
             climb = self._steepest * max(0.0, there - self._x) + 2 * doubt + _STEP
@@ -315,7 +316,7 @@ class _Tracker:
         last_lift, last_there = self._upper[-1] if self._upper else (lift, 0.0)
         doubt = 2 * self._height * self._noise / level * math.sqrt(_CORRELATED / len(way))
         above = self._lift + _STEP < lift < _HIGHEST_STEP * self._height
-        if not above or _spread(way) > _MIXED * self._noise:
+        if not above or _spread(way, 0, len(way)) > _MIXED * self._noise:
             self._upper = []
         elif abs(lift - last_lift) <= doubt + _STEP and there > last_there:
             self._upper.append((lift, there))
@@ -348,14 +349,15 @@ class _Tracker:
         return self._tail
 
 
-def _between(values: Sequence[float], low: float, high: float) -> Sequence[float]:
-    """Return the values, in ascending order, that lie between `low` and `high`."""
-    return values[bisect_right(values, low) : bisect_left(values, high)]
+def _between(values: Sequence[float], low: float, high: float) -> tuple[int, int]:
+    """Return the first, and beyond the last, of the values in ascending order between two."""
+    return bisect_right(values, low), bisect_left(values, high)
 
 
-def _spread(values: Sequence[float]) -> float:
-    """Return a robust 1-sigma of values in ascending order."""
-    return _IQR * (values[3 * len(values) // 4] - values[len(values) // 4])
+def _spread(values: Sequence[float], first: int, last: int) -> float:
+    """Return a robust 1-sigma of some of the values in ascending order."""
+    count = last - first
+    return _IQR * (values[first + 3 * count // 4] - values[first + count // 4])
 
 
 def _never_better_far(noises: Float64) -> Float64:
