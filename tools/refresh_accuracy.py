@@ -32,10 +32,10 @@ takes a small part of the simulated frames and fails when a figure falls below i
 
 ## What is missed, and why
 
-* **Disparity to answer takes 8.6 to 9.7 ms on one core at 640 x 480, not 8 ms** (`bearcub bench`, a
-  shared virtual machine whose speed changes by half from hour to hour; 0.82 to 0.86 of what it
-  took before the last round, in one process by turns). What is left is some four hundred NumPy
-  calls of 5 to 50 microseconds; no stage stands out.
+* **Disparity to answer takes 7 to 9 ms on one core at 640 x 480 in the fast spells of a shared
+  virtual machine, 12 to 13 ms in its slow ones; 8 ms were promised** (`bearcub bench`; 0.82 to
+  0.86 of what it took before the last round, by turns in one process). What is left is some four
+  hundred NumPy calls of 5 to 50 microseconds; no stage stands out.
 * **Recall of large obstacles** (93 %): in dusk 79 % of all things are found, in dim indoor light
   and under an overcast sky 90 %, by noon and in low sun 95 %; the rest are mostly thin plates and
   lying pieces beyond 6 m. The baselines find 93 to 98 % of the large ones in the same disparity,

@@ -15,6 +15,7 @@ import pytest
 
 from bearcub.cli.main import COMMANDS
 from bearcub.config import Config
+from bearcub.stereo.native import reason_missing
 
 LIMIT = 60.0  # seconds until a process that hangs is given up
 
@@ -109,10 +110,11 @@ def test_config_of_a_file_prints_what_is_in_effect(bearcub: Any, tmp_path: Path)
 def test_bench_prints_every_stage_of_every_case(bearcub: Any) -> None:
     outcome = bearcub("bench", "--frames", 2, "--size", "160x120", "--json", "--pair")
     found = json.loads(outcome.out)
+    matchers = ("sgbm",) if reason_missing() else ("sgbm", "native")
     assert [case["name"] for case in found["cases"]] == [
         "sample, disparity given",
         "wall at 2 m, disparity given",
-        "sample, pair matched",
+        *(f"sample, pair by {matcher}" for matcher in matchers),
     ]
     for case in found["cases"]:
         assert list(case["stages_ms"]) == ["match", "ground", "obstacles", "total"]

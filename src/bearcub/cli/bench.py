@@ -29,7 +29,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def execute(args: argparse.Namespace) -> int:
     """Measure every case and print what it took."""
     results = {
-        case.name: summarise(measure(Pipeline(case.rig), case.snapshot, frames=args.frames))
+        case.name: summarise(
+            measure(Pipeline(case.rig, case.config), case.snapshot, frames=args.frames)
+        )
         for case in cases(size=args.size, config=Config(), pair=args.pair)
     }
     if args.json:

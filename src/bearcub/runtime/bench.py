@@ -3,7 +3,7 @@
 import contextlib
 import platform
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from bearcub.rig import Rig
 from bearcub.runtime.loop import Stage
 from bearcub.stereo import StereoStage
 from bearcub.stereo.images import shrunk
+from bearcub.stereo.native import levels
 
 FRAME_BUDGET_MS = 1000.0 / 15.0
 """What a frame may take at the 15 frames per second of the paper [ms]."""
@@ -41,6 +42,7 @@ class Case:
     name: str
     snapshot: Snapshot
     rig: Rig
+    config: Config
 
 
 def cases(*, size: tuple[int, int], config: Config, pair: bool = False) -> list[Case]:
@@ -51,9 +53,10 @@ def cases(*, size: tuple[int, int], config: Config, pair: bool = False) -> list[
     size : tuple of int
         Width and height [px], of the sample's aspect.
     config : Config
-        For the matching that makes the sample's disparity.
+        Of every case, and of the matching that makes the sample's disparity.
     pair : bool
-        Also match the sample's pair in every frame.
+        Also match the sample's pair in every frame, by OpenCV and, where it is there, by the
+        native core.
 
     Raises
     ------
@@ -77,9 +80,22 @@ def cases(*, size: tuple[int, int], config: Config, pair: bool = False) -> list[
             disparity=wall_disparity(rig), tilt=Tilt(pitch=0.0, roll=0.0)
         ),
     }
-    if pair:
-        snapshots["sample, pair matched"] = Snapshot(left=left, right=right, tilt=found.tilt)
-    return [Case(name=name, snapshot=shot, rig=rig) for name, shot in snapshots.items()]
+    given = [
+        Case(name=name, snapshot=shot, rig=rig, config=config) for name, shot in snapshots.items()
+    ]
+    if not pair:
+        return given
+    shot = Snapshot(left=left, right=right, tilt=found.tilt)
+    matchers = ("sgbm", "native") if levels() else ("sgbm",)
+    return given + [
+        Case(
+            name=f"sample, pair by {matcher}",
+            snapshot=shot,
+            rig=rig,
+            config=replace(config, matching=replace(config.matching, matcher=matcher)),
+        )
+        for matcher in matchers
+    ]
 
 
 def wall_disparity(rig: Rig, *, distance: float = _WALL, seed: int = 0) -> Float32:
