@@ -73,8 +73,7 @@ class Attitude:
 
     def down(self) -> Float64:
         """Return the unit vector to the ground in the optical axes of a camera so inclined."""
-        cp = math.cos(self.pitch)
-        return np.array([math.sin(self.roll) * cp, math.cos(self.roll) * cp, math.sin(self.pitch)])
+        return down_vector(roll=self.roll, pitch=self.pitch)
 
     @classmethod
     def from_down(cls, down: Float64) -> "Attitude":

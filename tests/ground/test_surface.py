@@ -17,26 +17,15 @@ Shot = Callable[..., Rendered]
 Noisy = Callable[..., Float32]
 Look = Callable[..., Answer]
 
-# ten rows per level, horizon at row 2, tilted by a level in 40 columns
-PLANE = Ground(
-    plane=np.array([0.025, 0.1, -0.2]),
-    covariance=np.diag([1e-12, 1e-12, 1e-6]),
-    height=1.2,
-    pitch=0.1,
-    roll=0.0,
-    sigma_height=0.01,
-    sigma_pitch=0.001,
-    sigma_roll=0.001,
-    noise=0.2,
-    source="image",
-    seen=True,
-    residual=0.2,
-    tilt_disagreement=float("nan"),
-)
+
+@pytest.fixture
+def tilted(sure_ground: Ground) -> Ground:
+    """Return ground of ten rows per level, horizon at row 2, tilted by a level in 40 columns."""
+    return replace(sure_ground, plane=np.array([0.025, 0.1, -0.2]))
 
 
-def test_straight_floor_is_its_plane_at_every_pixel() -> None:
-    floor = floor_disparity(PLANE, (60, 40))
+def test_straight_floor_is_its_plane_at_every_pixel(tilted: Ground) -> None:
+    floor = floor_disparity(tilted, (60, 40))
     assert floor.shape == (60, 40)
     assert floor.dtype == np.float32
     assert floor[0, 0] == pytest.approx(-0.2)  # above the horizon
@@ -45,14 +34,16 @@ def test_straight_floor_is_its_plane_at_every_pixel() -> None:
     assert floor[52, 20] == pytest.approx(5.5, abs=1e-5)
 
 
-def test_bend_is_added_by_the_planes_own_disparity_and_linear_between_knots() -> None:
+def test_bend_is_added_by_the_planes_own_disparity_and_linear_between_knots(
+    tilted: Ground,
+) -> None:
     bent = replace(
-        PLANE,
+        tilted,
         knots=np.array([1.0, 3.0, 5.0]),
         bend=np.array([1.0, 0.0, 0.0]),
         knot_noise=np.array([0.3, 0.2, 0.2]),
     )
-    flat = replace(PLANE, plane=np.array([0.0025, 0.01, -0.02]))  # a hundred rows per level
+    flat = replace(tilted, plane=np.array([0.0025, 0.01, -0.02]))  # a hundred rows per level
     bent = replace(bent, plane=flat.plane)
     added = floor_disparity(bent, (600, 40)) - floor_disparity(flat, (600, 40))
     # rows 102, 202, 302, 502 of column 0 are levels 1, 2, 3, 5; knots may be rounded off
@@ -62,10 +53,10 @@ def test_bend_is_added_by_the_planes_own_disparity_and_linear_between_knots() ->
     assert 0 <= added[12, 0] <= 1.0  # farther than the last knot: no more than there
 
 
-def test_lift_is_the_height_of_the_floor_where_it_has_a_disparity() -> None:
+def test_lift_is_the_height_of_the_floor_where_it_has_a_disparity(tilted: Ground) -> None:
     # a floor of 6 px where the plane has 5 px lies 1.2 (1 - 5 / 6) = 0.2 m higher: a step up
     bent = replace(
-        PLANE,
+        tilted,
         knots=np.array([1.0, 5.0, 6.0, 8.0]),
         bend=np.array([0.2, 1.0, 0.0, 0.0]),
         knot_noise=np.full(4, 0.2),
@@ -75,7 +66,7 @@ def test_lift_is_the_height_of_the_floor_where_it_has_a_disparity() -> None:
     assert surface.lift(6.0) == pytest.approx(0.0, abs=0.01)  # at its face, the floor before it
     assert surface.lift(8.0) == pytest.approx(0.0, abs=0.01)
     assert surface.lift(0.0) == 0.0
-    assert Surface.of(PLANE, (600, 400)).lift(5.0) == pytest.approx(0.0, abs=1e-6)
+    assert Surface.of(tilted, (600, 400)).lift(5.0) == pytest.approx(0.0, abs=1e-6)
 
 
 def bends(frame: Rendered, rig: Rig, plane: Float64) -> tuple[Float64, Float64]:

@@ -1,6 +1,7 @@
 """Whether a thing whose lower part is not told from the floor stands on it or hangs over it."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,35 +17,17 @@ COLUMNS = slice(40, 60)
 
 
 @pytest.fixture
-def stands(plane: Ground) -> Callable[[Float32], bool]:
+def stands(sure_ground: Ground) -> Callable[[Float32], bool]:
     """Return a function that asks a map about the thing found in it."""
 
+    ground = replace(sure_ground, noise=0.8)
+
     def ask(disparity: Float32) -> bool:
-        sorter = Sorter.of(disparity, plane, sigmas=2.0, unevenness=0.0, farthest_level=0.5)
+        sorter = Sorter.of(disparity, ground, sigmas=2.0, unevenness=0.0, farthest_level=0.5)
         v, u = (grid.ravel() for grid in np.mgrid[FOUND, COLUMNS])
         return goes_on_below(sorter, Member(number=1, u=u, v=v, stride=1, pixels=len(u)))
 
     return ask
-
-
-@pytest.fixture
-def plane() -> Ground:
-    """Return a floor of a level in ten rows, its horizon at row 20."""
-    return Ground(
-        plane=np.array([0.0, 0.1, -2.0]),
-        covariance=np.diag([1e-12, 1e-12, 1e-6]),
-        height=1.2,
-        pitch=0.1,
-        roll=0.0,
-        sigma_height=0.01,
-        sigma_pitch=0.001,
-        sigma_roll=0.001,
-        noise=0.8,
-        source="image",
-        seen=True,
-        residual=0.8,
-        tilt_disagreement=float("nan"),
-    )
 
 
 @pytest.fixture

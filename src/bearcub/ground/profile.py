@@ -290,8 +290,7 @@ class _Tracker:
         self.share = max(0.1, count / len(way))
         middle = way[(first + last) // 2]
         spread = _spread(way, first, last)
-        lift = self._height * middle / max(level + middle, 0.1)
-        there = self._depth / max(level + middle, 0.1)
+        lift, there = self._place(level, middle)
         # a spread far beyond the noise so far is of several surfaces, and excuses no climb
         noise = min(spread, 1.5 * self._noise)
         doubt = self._height * noise / level * math.sqrt(_CORRELATED / count)
@@ -310,9 +309,7 @@ class _Tracker:
 
     def _look_beyond(self, level: float, way: Sequence[float]) -> None:
         """Go on where the way lies on one level again beyond a step up: stairs, a pavement."""
-        middle = way[len(way) // 2]
-        lift = self._height * middle / max(level + middle, 0.1)
-        there = self._depth / max(level + middle, 0.1)
+        lift, there = self._place(level, way[len(way) // 2])
         last_lift, last_there = self._upper[-1] if self._upper else (lift, 0.0)
         doubt = 2 * self._height * self._noise / level * math.sqrt(_CORRELATED / len(way))
         above = self._lift + _STEP < lift < _HIGHEST_STEP * self._height
@@ -326,6 +323,11 @@ class _Tracker:
             self.regained = len(self._upper)
             self._lift = sum(lift for lift, _ in self._upper) / self.regained
             self._x, self._upper, self.ended = there, [], False
+
+    def _place(self, level: float, bend: float) -> tuple[float, float]:
+        """Return the height above the plane and the range [m] of ground with this bend."""
+        disparity = max(level + bend, 0.1)
+        return self._height * bend / disparity, self._depth / disparity
 
     def bend_at(self, level: float) -> float:
         """Return the floor's disparity less the plane's [px]."""

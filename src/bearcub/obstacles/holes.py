@@ -15,7 +15,7 @@ References
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -92,10 +92,13 @@ class Region:
         In a window of the image.
     sorting : Sorting
         Of that window.
+    plain : bool
+        It lies so much below the floor as no wrong match does.
     """
 
     mask: Bool
     sorting: Sorting
+    plain: bool
 
     @property
     def top(self) -> int:
@@ -106,12 +109,6 @@ class Region:
     def left(self) -> int:
         """First column of the window [px]."""
         return int(self.sorting.u[0])
-
-    def plain(self) -> bool:
-        """Tell what lies so much below the floor that no wrong match does."""
-        fall = -self.sorting.residual[self.mask] / self.sorting.allowed[self.mask]
-        fall = fall[np.isfinite(fall)]
-        return len(fall) > _PLAIN_PIXELS and quantile(fall, 0.9) > _PLAIN
 
     def pixels(self) -> tuple[Index, Index]:
         """Return the columns and rows of its pixels in the window."""
@@ -137,10 +134,9 @@ class _Scene:
     def floor_points(self, region: Region, u: Index, v: Float64) -> Float64:
         """Return where the floor at these pixels of the window lies, shape (3, N) [m]."""
         floor = region.sorting.floor[v.astype(int), u].astype(np.float64)
-        points = self.view.points(
+        return self.view.points(
             (u + region.left).astype(np.float64), v + region.top, np.maximum(floor, 1e-3)
         )
-        return points.astype(np.float64, copy=False)
 
 
 def find_holes(
@@ -205,7 +201,7 @@ def find_holes(
             continue
         u, v = region.pixels()
         sure = _SURE if hole.width >= _NARROW else _SURE_NARROW
-        if region.plain() or confirmed(
+        if region.plain or confirmed(
             witness, sorter, u + region.left, v + region.top, offset=offset, sure=sure
         ):
             found.append((hole, region))
@@ -247,7 +243,15 @@ def _regions(below: Bool, sorter: Sorter, step: int) -> Iterator[Region]:
         weak |= _small_gaps(np.isnan(part.residual), largest=area)
         weak[: first - int(part.v[0])] = False
         weak[last - int(part.v[0]) :] = False
-        yield Region(mask=_grown(seed, weak), sorting=part)
+        mask = _grown(seed, weak)
+        yield Region(mask=mask, sorting=part, plain=_plain(mask, part))
+
+
+def _plain(mask: Bool, part: Sorting) -> bool:
+    """Tell what lies so much below the floor that no wrong match does."""
+    fall = -part.residual[mask] / part.allowed[mask]
+    fall = fall[np.isfinite(fall)]
+    return len(fall) > _PLAIN_PIXELS and quantile(fall, 0.9) > _PLAIN
 
 
 def _small_gaps(unmatched: Bool, *, largest: int) -> Bool:
@@ -285,7 +289,7 @@ def _judge(region: Region, scene: _Scene) -> Hole | None:
     # a worn rim is as wide as the hole is large
     beyond = max(_EDGE_ROWS, rows // 2, rows // 4 + len(u) // 6)
     far_floor = _borders(resumed, u, top, -1, rows=beyond)
-    if region.plain():  # the image's lower border may cut it
+    if region.plain:  # the image's lower border may cut it
         near_floor |= bottom + region.top >= scene.shape[0] - MARGIN
     if near_floor.mean() < _BORDERED or _mirrors(region, scene, u, top).mean() > 0.5:
         return None
@@ -325,10 +329,8 @@ def _falls_at_once(sorting: Sorting, u: Index, bottom: Index) -> bool:
     """Tell a drop from ground that only slopes away: the disparity falls off at the lip."""
     at_lip = _fall(sorting, u, bottom, 2) > 2 * sorting.allowed[bottom, u]
     # lower ground stays as much lower, a descent goes on falling
-    behind, beyond = (
-        _fall(sorting, u, bottom, _EDGE_ROWS),
-        _fall(sorting, u, bottom, 3 * _EDGE_ROWS),
-    )
+    behind = _fall(sorting, u, bottom, _EDGE_ROWS)
+    beyond = _fall(sorting, u, bottom, 3 * _EDGE_ROWS)
     fell = at_lip & (behind > _AT_ONCE * beyond)
     return bool(fell.mean() > _BORDERED)
 
@@ -360,13 +362,11 @@ def _measure(
     first = int(np.argmin(reach))
     distance = quantile(reach, 0.05)
     bearings = np.arctan2(near[1], near[0])
-    left, right = float(bearings.max()), float(bearings.min())
+    bearing = 0.5 * (float(bearings.max()) + float(bearings.min()))
     pixel = 1.0 / view.projection.fx
-    bearing = 0.5 * (left + right)
-    rim = np.concatenate([near, far], axis=1) if pit else near
-    across = _extent(rim[1] * math.cos(bearing) - rim[0] * math.sin(bearing))
+    across, along = _mouth(np.concatenate([near, far], axis=1) if pit else near, bearing)
     across += (1 + 2 * scene.fringe) * pixel * distance
-    length = _extent(rim[0] * math.cos(bearing) + rim[1] * math.sin(bearing)) if pit else math.nan
+    length = along if pit else math.nan
     depth, shown = _depth(region, ground, pit=pit)
     if depth <= 0.0:
         return None
@@ -380,14 +380,7 @@ def _measure(
         return None  # no line of sight reaches so deep: a wrong match
     level = view.projection.fx * view.projection.baseline / max(distance, 1e-6)
     step = distance * distance * pixel / ground.height  # of the floor per row [m]
-    box = (
-        int(u[0]) + region.left,
-        int(top.min()) + region.top,
-        int(u[-1]) + region.left,
-        int(bottom.max()) + region.top,
-    )
-    cut = cut_sides(box, scene.shape)
-    return Hole(
+    hole = Hole(
         x=float(near[0, first]),
         y=float(near[1, first]),
         distance=distance,
@@ -398,24 +391,40 @@ def _measure(
         depth_is_lower_bound=(pit and depth > _VISIBLE * visible) or not pit,
         kind="pit" if pit else "drop",
         sigma_distance=math.hypot(5 * step, distance * ground.noise / level / 4),
-        sigma_width=(
-            math.nan
-            if {"left", "right"} & set(cut)
-            else math.hypot(3 * pixel * distance, _VAGUE * across)
-        ),
-        sigma_length=(
-            math.hypot(3 * step, _VAGUE * length) if pit and "bottom" not in cut else math.nan
-        ),
+        sigma_width=math.hypot(3 * pixel * distance, _VAGUE * across),
+        sigma_length=math.hypot(3 * step, _VAGUE * length) if pit else math.nan,
         sigma_depth=math.hypot(
             (ground.height + depth) * ground.noise / level / math.sqrt(max(shown / 25, 1)),
             distance * ground.sigma_pitch,
             _VAGUE * depth,  # where exactly the rim and the bottom are is a matter of definition
         ),
         confidence=1 - math.exp(-shown / (4 * _LEAST_PIXELS)),
-        box=box,
+        box=_box(region, u, top, bottom),
         pixels=int(np.count_nonzero(region.mask)),
-        truncated=cut,
     )
+    return _cut(hole, scene.shape)
+
+
+def _box(region: Region, u: Index, top: Index, bottom: Index) -> tuple[int, int, int, int]:
+    left, right = int(u[0]) + region.left, int(u[-1]) + region.left
+    return left, int(top.min()) + region.top, right, int(bottom.max()) + region.top
+
+
+def _cut(hole: Hole, shape: tuple[int, int]) -> Hole:
+    """Name the image borders that cut a hole; what they cut has no sigma."""
+    cut = cut_sides(hole.box, shape)
+    return replace(
+        hole,
+        truncated=cut,
+        sigma_width=math.nan if {"left", "right"} & set(cut) else hole.sigma_width,
+        sigma_length=math.nan if "bottom" in cut else hole.sigma_length,
+    )
+
+
+def _mouth(rim: Float64, bearing: float) -> tuple[float, float]:
+    """Return how far a rim reaches across and along the line of sight [m]."""
+    c, s = math.cos(bearing), math.sin(bearing)
+    return _extent(rim[1] * c - rim[0] * s), _extent(rim[0] * c + rim[1] * s)
 
 
 def _extent(values: Float64) -> float:

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ _SIDE = 0.15  # share of a typical column's pixels at which a thing ends to the 
 _TOP = 0.35  # share of a typical row's pixels at which it ends above and below
 _STEEPEST = math.tan(math.radians(20.0))  # of ground that climbs
 _EXPLAINED = 0.7  # share of the variance of height that range must explain on a ramp
-_RISEN = 0.6  # share of its height that what stands upright has at its front
+RISEN = 0.6  # share of its height that what stands upright has at its front
 _LONG = 1.5  # farthest over nearest range of what lies along the way
 _EXPLAINED_LONG = 0.25  # the same share where range itself is noisy
 _BEFORE = 1.06  # times a thing's disparity is where its ground begins, before what is its foot
@@ -30,7 +30,7 @@ _BLOCK = 25.0  # neighbouring pixels of a matcher that err together
 
 
 Index = NDArray[np.int64]
-Float = NDArray[np.floating[Any]]
+_F = TypeVar("_F", np.float32, np.float64)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,7 +49,7 @@ class View:
     base_from_optical: Float64
     origin: Float64
 
-    def points(self, u: Float, v: Float, disparity: Float) -> Float:
+    def points(self, u: NDArray[_F], v: NDArray[_F], disparity: NDArray[_F]) -> NDArray[_F]:
         """Return the points [m] in ``base_link`` of pixels, shape (3, N), as precise as these."""
         p = self.projection
         across, down = (u - p.cx) * (1 / p.fx), (v - p.cy) * (1 / p.fy)
@@ -143,21 +143,17 @@ def measure(
     bearing = np.arctan2(y, x)
     reach = np.sqrt(x * x + y * y)
     pixel = 1.0 / view.projection.fx
-    left, right = _ends(bearing, stride * pixel, share=_SIDE)
-    edge = fringe * pixel
-    narrow = right - left <= 2 * edge + pixel
-    if not narrow:
-        left, right = left + edge, right - edge
-    centre = 0.5 * (left + right)
-    blur = noise / (view.projection.fx * view.projection.baseline)
-    ranges, bearings, counts = _near_face(bearing, reach, left, right, pixel, blur)
+    right, left, narrow = _sides(bearing, stride * pixel, pixel=pixel, fringe=fringe)
+    focal = view.projection.fx * view.projection.baseline
+    ranges, bearings, counts = _near_face(bearing, reach, right, left, pixel, noise / focal)
     nearest = int(np.argmin(ranges))
     distance = float(ranges[nearest]) - _to_the_point(ranges, nearest)
-    d_near = float(view.projection.fx * view.projection.baseline / max(distance, 1e-6))
+    d_near = float(focal / max(distance, 1e-6))
     spread = math.sqrt(noise**2 * _BLOCK / max(weight * counts[nearest], _BLOCK) + bias**2)
     sigma_distance = distance * spread / d_near
-    width = 0.0 if narrow else _chord(ranges, left, right)
+    width = 0.0 if narrow else _chord(ranges, left - right)
     edge = math.hypot(_EDGE, 0.5 * fringe) * pixel
+    side = edge * distance
     row = median(reach) * pixel
     low, high = _ends(z, stride * row, share=_TOP)
     high = max(high - fattening * row, low + row)
@@ -169,9 +165,9 @@ def measure(
         x=distance * math.cos(bearings[nearest]),
         y=distance * math.sin(bearings[nearest]),
         distance=distance,
-        bearing=centre,
-        right=left,
-        left=right,
+        bearing=0.5 * (right + left),
+        right=right,
+        left=left,
         range_right=float(ranges[0]),
         range_left=float(ranges[-1]),
         width=width,
@@ -180,15 +176,13 @@ def measure(
         lowest=low - lift,
         fill=weight * pixel**2 * float(reach @ reach) / max(width * (high - low), 1e-6),
         front=risen - lift,
-        climbs=_climbs(reach, z) and not (witnessed and risen - lift > _RISEN * (high - lift)),
+        climbs=_climbs(reach, z) and not (witnessed and risen - lift > RISEN * (high - lift)),
         sigma_distance=sigma_distance,
         sigma_bearing=edge / math.sqrt(2),
-        sigma_width=math.hypot(
-            math.sqrt(2) * edge * distance, width * spread / d_near, _BLURRED * width
-        ),
+        sigma_width=math.hypot(math.sqrt(2) * side, width * spread / d_near, _BLURRED * width),
         # a visible top face is as thick as its noise, and ends higher for it
         sigma_top=math.hypot(
-            edge * distance, drop * spread / d_near, fattening * row, 2 * drop * noise / d_near
+            side, drop * spread / d_near, fattening * row, 2 * drop * noise / d_near
         ),
     )
 
@@ -217,6 +211,16 @@ def cut_sides(box: tuple[int, int, int, int], shape: tuple[int, int]) -> tuple[s
         "bottom": bottom >= rows - MARGIN,
     }
     return tuple(name for name, touched in sides.items() if touched)
+
+
+def _sides(
+    bearing: Float64, step: float, *, pixel: float, fringe: float
+) -> tuple[float, float, bool]:
+    """Return the bearings of both ends without a matcher's fringe; True where it leaves nothing."""
+    right, left = _ends(bearing, step, share=_SIDE)
+    if left - right <= (2 * fringe + 1) * pixel:
+        return right, left, True
+    return right + fringe * pixel, left - fringe * pixel, False
 
 
 def _ends(values: Float64, step: float, *, share: float) -> tuple[float, float]:
@@ -270,7 +274,7 @@ def _main_run(counts: Float64, threshold: float) -> tuple[int, int]:
 
 
 def _near_face(
-    bearing: Float64, reach: Float64, left: float, right: float, pixel: float, blur: float
+    bearing: Float64, reach: Float64, right: float, left: float, pixel: float, blur: float
 ) -> tuple[Float64, Float64, Float64]:
     """Return the range [m] of the thing in up to 13 directions, the directions and pixel counts.
 
@@ -278,9 +282,9 @@ def _near_face(
     its foot: no more than noise allows beyond the nearest tenth. `blur` is the 1-sigma of 1 / range
     [1/m] that noise makes.
     """
-    columns = max(1.0, (right - left) / pixel)
+    columns = max(1.0, (left - right) / pixel)
     groups = int(np.clip(columns // 4, 1, 13))
-    position = (bearing - left) / max(right - left, 1e-9) * groups
+    position = (bearing - right) / max(left - right, 1e-9) * groups
     group = np.minimum(np.maximum(position, 0), groups - 1).astype(np.int64)
     counts = np.bincount(group, minlength=groups)
     ends = np.cumsum(counts)
@@ -289,7 +293,7 @@ def _near_face(
     ordered = sorted_by_group(reach, group)
     near = ordered[(ends - counts + counts // 10)[used]]
     ranges = np.minimum(ordered[middle[used]], near + _LEANS * blur * near * near)
-    directions = left + (np.flatnonzero(used) + 0.5) * (right - left) / groups
+    directions = right + (np.flatnonzero(used) + 0.5) * (left - right) / groups
     if len(ranges) >= 3:
         inner = 0.25 * ranges[:-2] + 0.5 * ranges[1:-1] + 0.25 * ranges[2:]
         ranges = np.concatenate([ranges[:1], inner, ranges[-1:]])
@@ -316,7 +320,6 @@ def _to_the_point(ranges: Float64, nearest: int) -> float:
     return min(share * max(step, 0.0), _SHARPEST * float(ranges[nearest]))
 
 
-def _chord(ranges: Float64, left: float, right: float) -> float:
+def _chord(ranges: Float64, angle: float) -> float:
     """Return the extent across the line of sight between the two silhouettes."""
-    half = 0.5 * (right - left)
-    return float((ranges[0] + ranges[-1]) * math.sin(half))
+    return float((ranges[0] + ranges[-1]) * math.sin(0.5 * angle))

@@ -309,14 +309,10 @@ class _PeakFinder:
         cuts = (1 + np.flatnonzero(np.diff(high[first : last + 1]))).tolist()
         runs = list(pairwise([first, *(first + cut for cut in cuts), last + 1]))
         # what is lower at a thing's own side is its, unless it goes on for long
-        for end, inner in ((0, 1), (-1, -2)):
-            if (
-                len(runs) > 1
-                and not high[runs[end][0]]
-                and _length(runs[end]) < _length(runs[inner])
-            ):
-                both = sorted(runs.pop(end) + runs.pop(end))
-                runs.insert(0 if end == 0 else len(runs), (both[0], both[-1]))
+        if len(runs) > 1 and not high[first] and _length(runs[0]) < _length(runs[1]):
+            runs[:2] = [(first, runs[1][1])]
+        if len(runs) > 1 and not high[last] and _length(runs[-1]) < _length(runs[-2]):
+            runs[-2:] = [(runs[-2][0], last + 1)]
         return runs
 
     def components(self, cell: Int32) -> tuple["NDArray[np.uint16]", int]:

@@ -28,9 +28,9 @@ from bearcub.obstacles.free_range import free_range
 from bearcub.obstacles.holes import find_holes
 from bearcub.obstacles.joining import Thing, joined
 from bearcub.obstacles.layers import Painter
-from bearcub.obstacles.measure import Extent, View, cut_sides, measure
+from bearcub.obstacles.measure import RISEN, Extent, View, cut_sides, measure
 from bearcub.obstacles.segment import Member, Segments, segment
-from bearcub.obstacles.sorting import Sorter
+from bearcub.obstacles.sorting import Sorter, Sorting
 from bearcub.obstacles.surroundings import goes_on_below, hidden_below, mixed
 from bearcub.obstacles.terrain import lie_of_the_land
 from bearcub.obstacles.verify import Witness, confirmed
@@ -42,7 +42,6 @@ _SURE_FOOT = 2.0  # ... for one whose foot is lost in the tolerance
 _SURE_STRAY = 2.5  # ... for what is as small or sparse as stray matches in the air are
 _WITNESSED = 2 / 3  # of the sigmas will do where the images can be asked
 _REFINED = 4.0  # half the window in which a matched map was refined [px]
-_RISEN = 0.6  # share of its height that a low thing reaches at its front
 _SMALL = 400  # pixels of a thing that may be mixed ones
 _LARGE_IMAGE = 200_000  # pixels of an image of which every third column and row is looked at first
 _LARGE = 8000  # pixels of a thing that needs no second look at the images
@@ -57,6 +56,19 @@ class Findings:
     terrain: Terrain
     free_range: FreeRange
     layers: Layers
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Frame:
+    """What every step of one frame looks at; `witness` is None for a map without its images."""
+
+    disparity: DisparityMap
+    ground: Ground
+    view: View
+    witness: Witness | None
+    sorter: Sorter
+    sorting: Sorting
+    segments: Segments
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,8 +136,46 @@ class ObstacleStage:
         -------
         Findings
         """
+        frame = self._frame(disparity, ground)
+        obstacles, identities = self._obstacles(frame)
+        holes, regions = find_holes(
+            frame.sorter,
+            frame.sorting,
+            frame.segments,
+            identities > 0,
+            frame.view,
+            ground,
+            farthest=self.farthest,
+            witness=frame.witness,
+            offset=disparity.offset,
+            fringe=disparity.fattening + (0.0 if frame.witness is None else _REFINED),
+        )
+        painter = Painter(
+            sorter=frame.sorter, segments=frame.segments, identities=identities, holes=regions
+        )
+        terrain = lie_of_the_land(frame.sorting, frame.view, ground, gravity=gravity)
+        way = free_range(
+            frame.sorting,
+            painter,
+            obstacles,
+            terrain,
+            frame.view,
+            bearing_step=self.bearing_step,
+            farthest=self.farthest,
+            clearance=self.clearance,
+            steepest=self.steepest,
+        )
+        return Findings(
+            obstacles=obstacles,
+            holes=holes,
+            terrain=terrain,
+            free_range=way,
+            layers=Layers(disparity=disparity.disparity, paint=painter),
+        )
+
+    def _frame(self, disparity: DisparityMap, ground: Ground) -> _Frame:
+        """Sort the pixels by the floor and group those above it."""
         d = disparity.disparity
-        view = self.view(ground)
         farthest_level = self.projection.fx * self.projection.baseline / self.farthest
         witness = Witness.of(disparity)
         sorter = Sorter.of(
@@ -150,38 +200,14 @@ class ObstacleStage:
             nearest_level=min(disparity.largest, 0.5 * d.shape[1]),
             farthest_level=farthest_level,
         )
-        obstacles, identities = self._obstacles(disparity, sorter, segments, view, ground, witness)
-        holes, regions = find_holes(
-            sorter,
-            sorting,
-            segments,
-            identities > 0,
-            view,
-            ground,
-            farthest=self.farthest,
+        return _Frame(
+            disparity=disparity,
+            ground=ground,
+            view=self.view(ground),
             witness=witness,
-            offset=disparity.offset,
-            fringe=disparity.fattening + (0.0 if witness is None else _REFINED),
-        )
-        painter = Painter(sorter=sorter, segments=segments, identities=identities, holes=regions)
-        terrain = lie_of_the_land(sorting, view, ground, gravity=gravity)
-        way = free_range(
-            sorting,
-            painter,
-            obstacles,
-            terrain,
-            view,
-            bearing_step=self.bearing_step,
-            farthest=self.farthest,
-            clearance=self.clearance,
-            steepest=self.steepest,
-        )
-        return Findings(
-            obstacles=obstacles,
-            holes=holes,
-            terrain=terrain,
-            free_range=way,
-            layers=Layers(disparity=d, paint=painter),
+            sorter=sorter,
+            sorting=sorting,
+            segments=segments,
         )
 
     def view(self, ground: Ground) -> View:
@@ -193,46 +219,26 @@ class ObstacleStage:
             origin=np.array([self.mount.x, self.mount.y, ground.height]),
         )
 
-    def _obstacles(
-        self,
-        disparity: DisparityMap,
-        sorter: Sorter,
-        segments: Segments,
-        view: View,
-        ground: Ground,
-        witness: Witness | None,
-    ) -> tuple[tuple[Obstacle, ...], Int32]:
+    def _obstacles(self, frame: _Frame) -> tuple[tuple[Obstacle, ...], Int32]:
         """Measure every segment; number those that count from the nearest.
 
         The second value is the number of the obstacle that each segment is, 0 for none.
         """
         found: list[Thing] = []
         rising: list[Extent] = []
-        trim = None if witness is None else partial(witness.trimmed, offset=disparity.offset)
-        for member in segments.members(sorter, least=self.least_pixels, trim=trim):
-            extent, sure = self._extent(
-                member, disparity, segments, sorter, view, ground, witnessed=witness is not None
-            )
-            if extent is not None and extent.climbs:
+        trim = None
+        if frame.witness is not None:
+            trim = partial(frame.witness.trimmed, offset=frame.disparity.offset)
+        shape = frame.disparity.disparity.shape
+        for member in frame.segments.members(frame.sorter, least=self.least_pixels, trim=trim):
+            extent, sure = self._extent(member, frame)
+            if extent is None:
+                continue
+            if extent.climbs:
                 rising.append(extent)
-            if (
-                extent is not None
-                and math.isfinite(sure)
-                and (
-                    member.pixels > _LARGE
-                    or confirmed(
-                        witness, sorter, member.u, member.v, offset=disparity.offset, sure=sure
-                    )
-                )
-            ):
-                found.append(
-                    Thing(
-                        extent=extent,
-                        box=_box(member, disparity.disparity.shape),
-                        pixels=member.pixels,
-                        numbers=(member.number,),
-                    )
-                )
+            if math.isfinite(sure) and _believed(member, frame, sure=sure):
+                box, numbers = _box(member, shape), (member.number,)
+                found.append(Thing(extent=extent, box=box, pixels=member.pixels, numbers=numbers))
         whole = joined(
             [
                 thing
@@ -242,55 +248,45 @@ class ObstacleStage:
             ],
             low=self.low_height,
         )
-        identities = np.zeros(segments.count + 1, dtype=np.int32)
+        identities = np.zeros(frame.segments.count + 1, dtype=np.int32)
         for identity, thing in enumerate(whole, start=1):
             identities[list(thing.numbers)] = identity
-        shape = disparity.disparity.shape
         return tuple(
             self._obstacle(identity, thing, shape) for identity, thing in enumerate(whole, start=1)
         ), identities
 
-    def _extent(
-        self,
-        member: Member,
-        disparity: DisparityMap,
-        segments: Segments,
-        sorter: Sorter,
-        view: View,
-        ground: Ground,
-        *,
-        witnessed: bool,
-    ) -> tuple[Extent | None, float]:
+    def _extent(self, member: Member, frame: _Frame) -> tuple[Extent | None, float]:
         """Measure one segment, if it is large enough.
 
         The second value is how sure the images must be that it is a thing [standard errors];
         infinitely where its shape tells that it is none.
         """
-        d, u, v = disparity.disparity, member.u, member.v
+        d, u, v = frame.disparity.disparity, member.u, member.v
         if member.pixels < self.least_pixels:
             return None, math.inf
-        if member.pixels < _SMALL and mixed(d, segments, member):
+        if member.pixels < _SMALL and mixed(d, frame.segments, member):
             return None, math.inf
+        witnessed, fattening = frame.witness is not None, frame.disparity.fattening
         extent = measure(
-            view,
-            sorter.surface,
+            frame.view,
+            frame.sorter.surface,
             (u + 0.5 * (member.stride - 1)).astype(np.float64),
             (v + 0.5 * (member.stride - 1)).astype(np.float64),
             d[v, u],
             stride=member.stride,
             pixels=member.pixels,
-            noise=ground.noise,
+            noise=frame.ground.noise,
             bias=self.bias,
-            fattening=disparity.fattening,
-            fringe=0.0 if witnessed else disparity.fattening,
+            fattening=fattening,
+            fringe=0.0 if witnessed else fattening,
             witnessed=witnessed,
         )
-        hidden = ground.height * median(sorter.tolerance_at(u, v) / d[v, u])
+        hidden = frame.ground.height * median(frame.sorter.tolerance_at(u, v) / d[v, u])
         least = _SURE
         if self._hangs(extent, hidden):
-            if hidden_below(d, segments, member):
+            if hidden_below(d, frame.segments, member):
                 extent = replace(extent, bottom=0.0)  # its foot is out of sight
-            elif witnessed and goes_on_below(sorter, member):
+            elif witnessed and goes_on_below(frame.sorter, member):
                 extent, least = replace(extent, bottom=0.0), _SURE_FOOT
         hangs = self._hangs(extent, hidden)
         sure = self._sure(extent, member.pixels, hangs=hangs, witnessed=witnessed)
@@ -307,7 +303,7 @@ class ObstacleStage:
         low = extent.top < self.least_height
         if small or low or extent.climbs or extent.distance > self.farthest:
             return math.inf
-        if extent.top < self.low_height and extent.front < _RISEN * extent.top:
+        if extent.top < self.low_height and extent.front < RISEN * extent.top:
             return math.inf  # ground that climbs
         if extent.fill <= self.least_fill:
             return math.inf
@@ -353,6 +349,13 @@ class ObstacleStage:
                 ),
             ),
         )
+
+
+def _believed(member: Member, frame: _Frame, *, sure: float) -> bool:
+    """Tell whether a thing is too large to be doubted, or the images are sure of it."""
+    return member.pixels > _LARGE or confirmed(
+        frame.witness, frame.sorter, member.u, member.v, offset=frame.disparity.offset, sure=sure
+    )
 
 
 def _beyond(extent: Extent, ramp: Extent) -> bool:

@@ -24,8 +24,7 @@ def mixed(d: Float32, segments: Segments, member: Member) -> bool:
 def hidden_below(d: Float32, segments: Segments, member: Member) -> bool:
     """Tell whether a nearer thing hides what is below these pixels."""
     hidden = _nearer_thing(d, segments, member, 0, _BESIDE)
-    columns = np.bincount(member.u, minlength=1) > 0
-    below = np.bincount(member.u[hidden], minlength=1) > 0
+    columns, below = np.bincount(member.u), np.bincount(member.u[hidden])
     return bool(np.count_nonzero(below) > 0.5 * np.count_nonzero(columns))
 
 

@@ -82,7 +82,25 @@ class SearchRange:
         return self.smallest + self.count - 1
 
 
-class SgbmMatcher:
+class SearchingMatcher:
+    """What a matcher that tries a range of disparities tells of itself.
+
+    Attributes
+    ----------
+    smallest, largest : float
+        The disparities it can report [px].
+    fattening : float
+        How far a near surface grows past its edges [px]: half of what is compared.
+    """
+
+    def __init__(self, search: SearchRange, *, window: int) -> None:
+        self._search = search
+        self.smallest: float = search.smallest
+        self.largest: float = search.largest
+        self.fattening: float = window // 2
+
+
+class SgbmMatcher(SearchingMatcher):
     """OpenCV's semi-global matcher, three-way variant [1]_.
 
     Parameters
@@ -111,8 +129,7 @@ class SgbmMatcher:
         uniqueness: int = 10,
         left_right: float = 1.0,
     ) -> None:
-        self._search = search
-        self._block_size = block_size
+        super().__init__(search, window=block_size)
         self._core = cv2.StereoSGBM.create(
             minDisparity=search.smallest,
             numDisparities=search.count,
@@ -126,27 +143,12 @@ class SgbmMatcher:
             mode=cv2.STEREO_SGBM_MODE_SGBM_3WAY,
         )
 
-    @property
-    def fattening(self) -> float:
-        """How far a near surface grows past its edges [px]: half a block."""
-        return self._block_size // 2
-
-    @property
-    def smallest(self) -> float:
-        """The smallest disparity it can report [px]."""
-        return self._search.smallest
-
-    @property
-    def largest(self) -> float:
-        """The largest disparity it can report [px]."""
-        return self._search.largest
-
     def __call__(self, left: UInt8, right: UInt8) -> Float32:
         """Return the disparity of each left pixel [px], NaN where unmatched."""
         return _match(self._core, grey(left), grey(right), self._search)
 
 
-class BmMatcher:
+class BmMatcher(SearchingMatcher):
     """OpenCV's block matcher with a left-right check: faster, and sparser on weak texture.
 
     Parameters
@@ -169,27 +171,12 @@ class BmMatcher:
         uniqueness: int = 10,
         left_right: float = 1.0,
     ) -> None:
-        self._search = search
-        self._block_size = max(block_size | 1, 9)
+        block_size = max(block_size | 1, 9)
+        super().__init__(search, window=block_size)
         self._left_right = left_right
-        self._core = cv2.StereoBM.create(search.count, self._block_size)
+        self._core = cv2.StereoBM.create(search.count, block_size)
         self._core.setMinDisparity(search.smallest)
         self._core.setUniquenessRatio(uniqueness)
-
-    @property
-    def fattening(self) -> float:
-        """How far a near surface grows past its edges [px]: half a block."""
-        return self._block_size // 2
-
-    @property
-    def smallest(self) -> float:
-        """The smallest disparity it can report [px]."""
-        return self._search.smallest
-
-    @property
-    def largest(self) -> float:
-        """The largest disparity it can report [px]."""
-        return self._search.largest
 
     def __call__(self, left: UInt8, right: UInt8) -> Float32:
         """Return the disparity of each left pixel [px], NaN where unmatched."""

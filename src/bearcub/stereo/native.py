@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bearcub.errors import InputError
 from bearcub.messages import Float32, UInt8
-from bearcub.stereo.matchers import SearchRange
+from bearcub.stereo.matchers import SearchingMatcher, SearchRange
 
 try:
     from bearcub.stereo import _native as _core
@@ -24,6 +24,7 @@ else:
     _missing = ""
 
 MOST_DISPARITIES = 256
+_CENSUS = 5  # side of the census's window [px]
 _LARGEST_STEP = 60  # sums of three paths, 24 + 60 each, stay below the mark for "outside", 255
 
 Pixels = NDArray[np.uint8] | NDArray[np.uint16]
@@ -69,7 +70,7 @@ class Smoothness:
             raise InputError(f"{self}: expected an edge_discount from 0 to 255")
 
 
-class NativeMatcher:
+class NativeMatcher(SearchingMatcher):
     """Semi-global matching [1]_ of the census [2]_ over three paths, compiled.
 
     Its answer is the same to the bit on every instruction set and for any number of threads.
@@ -130,7 +131,7 @@ class NativeMatcher:
         _check_range("smallest disparity", search.smallest, -(2**13), 2**13)
         _check_range("uniqueness", uniqueness, 0, 100)
         _check_range("bits", bits, 8, 16)
-        self._search = search
+        super().__init__(search, window=_CENSUS)
         self._bits = bits
         self._settings = {
             "smallest": search.smallest,
@@ -147,21 +148,6 @@ class NativeMatcher:
         }
         self._core: _core.Matcher | None = None
         self._shape: tuple[int, ...] = ()
-
-    @property
-    def fattening(self) -> float:
-        """How far a near surface grows past its edges [px]: half of the census's window."""
-        return 2.0
-
-    @property
-    def smallest(self) -> float:
-        """The smallest disparity it can report [px]."""
-        return self._search.smallest
-
-    @property
-    def largest(self) -> float:
-        """The largest disparity it can report [px]."""
-        return self._search.largest
 
     def __call__(self, left: Pixels, right: Pixels) -> Float32:
         """Return the disparity of each left pixel [px], NaN where unmatched."""
