@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -73,6 +74,21 @@ def test_errors_are_those_that_were_put_in() -> None:
     assert metrics.bias("distance").value == pytest.approx(0.024)
     assert metrics.error("distance").worst[0] == "a/2"
     assert metrics.error("distance").best == ("a/3",)
+
+
+def test_a_frame_that_tells_no_number_is_no_example_of_a_good_one() -> None:
+    metrics = Metrics(
+        [
+            *frames([()], ground={"slope": Error(value=math.nan, truth=0.1, sigma=math.nan)}),
+            *[
+                replace(verdict, name="b/0")
+                for verdict in frames(
+                    [()], ground={"slope": Error(value=0.15, truth=0.1, sigma=0.1)}
+                )
+            ],
+        ]
+    )
+    assert metrics.ground_rms(["slope"]).best == ("b/0",)
 
 
 def test_small_things_are_allowed_2_cm_and_large_ones_5_percent() -> None:

@@ -230,8 +230,9 @@ class Metrics:
 
     def _largest(self, estimate: Estimate, values: list[float], frame: list[int]) -> Figure:
         """Return an error; its worst frames are those with the largest one."""
-        worst = np.full(len(self.verdicts), -1.0)
-        np.maximum.at(worst, np.array(frame, dtype=np.int64), np.nan_to_num(np.abs(values)))
+        worst = np.full(len(self.verdicts), -1.0)  # what was not told is no example
+        size = np.nan_to_num(np.abs(values), nan=-1.0)
+        np.maximum.at(worst, np.array(frame, dtype=np.int64), size)
         return self._shown(estimate, worst, good=worst >= 0.0)
 
     def _shown(self, estimate: Estimate, badness: ArrayLike, *, good: ArrayLike) -> Figure:
