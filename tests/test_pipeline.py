@@ -2,6 +2,8 @@
 
 import json
 import math
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -293,3 +295,37 @@ def test_answer_of_a_real_frame_is_strict_json(answer: Answer) -> None:
     assert told["obstacles"][0]["id"] == 1
     bearings = [entry["bearing_deg"] for entry in told["free_range"]]
     assert bearings == sorted(bearings)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="counts Linux's page faults")
+def test_frames_are_made_of_the_memory_of_the_frames_before() -> None:
+    """In a process of its own: other tests may have taught the allocator already."""
+    counted = subprocess.run(
+        [sys.executable, "-c", PAGE_FAULTS], capture_output=True, text=True, check=True
+    )
+    assert float(counted.stdout) < 50  # 620 where freed memory is given back
+
+
+PAGE_FAULTS = """
+import resource
+import numpy as np
+import bearcub.sample
+from bearcub.messages import Snapshot, Tilt
+from bearcub.pipeline import Pipeline
+from bearcub.rig import Rig
+
+rig = Rig.load(bearcub.sample.load().rig)
+a, b, c = rig.camera.projection.plane(height=rig.mount.height, down=rig.mount.attitude.down())
+disparity = np.empty((480, 640), dtype=np.float32)
+for v, row in enumerate(disparity):
+    row[:] = np.maximum(23.0, a * np.arange(640) + b * v + c)
+process = Pipeline(rig).process
+snapshot = Snapshot(disparity=disparity, tilt=Tilt(pitch=0.0, roll=0.0))
+faults = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+for _ in range(10):
+    process(snapshot)
+before = faults()
+for _ in range(20):
+    process(snapshot)
+print((faults() - before) / 20)
+"""
