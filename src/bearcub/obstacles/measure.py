@@ -322,4 +322,13 @@ def _to_the_point(ranges: Float64, nearest: int) -> float:
 
 def _chord(ranges: Float64, angle: float) -> float:
     """Return the extent across the line of sight between the two silhouettes."""
-    return float((ranges[0] + ranges[-1]) * math.sin(0.5 * angle))
+    return (_at_the_end(ranges) + _at_the_end(ranges[::-1])) * math.sin(0.5 * angle)
+
+
+def _at_the_end(ranges: Float64) -> float:
+    """Return the range at the first end, half a direction beyond the first one's middle [m]."""
+    first = float(ranges[0])
+    if len(ranges) < 3:
+        return first
+    limit = _SHARPEST * first
+    return first + min(max(0.5 * (first - float(ranges[1])), -limit), limit)

@@ -41,6 +41,7 @@ _SURE = 1.5  # standard errors by which the images must speak for a thing
 _SURE_FOOT = 2.0  # ... for one whose foot is lost in the tolerance
 _SURE_STRAY = 2.5  # ... for what is as small or sparse as stray matches in the air are
 _WITNESSED = 2 / 3  # of the sigmas will do where the images can be asked
+_TRIMMED = 0.25  # past a silhouette lies the column in which trimming ends, on average [px]
 _REFINED = 4.0  # half the window in which a matched map was refined [px]
 _SMALL = 400  # pixels of a thing that may be mixed ones
 _LARGE_IMAGE = 200_000  # pixels of an image of which every third column and row is looked at first
@@ -278,7 +279,7 @@ class ObstacleStage:
             noise=frame.ground.noise,
             bias=self.bias,
             fattening=fattening,
-            fringe=0.0 if witnessed else fattening,
+            fringe=_TRIMMED if witnessed else fattening,
             witnessed=witnessed,
         )
         hidden = frame.ground.height * median(frame.sorter.tolerance_at(u, v) / d[v, u])
