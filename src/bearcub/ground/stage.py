@@ -13,7 +13,7 @@ from bearcub.ground.profile import follow_floor, just_ahead
 from bearcub.messages import DisparityMap, Ground, Tilt
 from bearcub.rig.model import Mount
 
-_OTHER_HEIGHT = 1.5  # sigmas off the mounted height that tell another plane
+_OTHER_HEIGHT = 1.0  # sigmas off the mounted height that tell another plane
 _STEEPER = math.radians(6.0)  # than a way may be, and still measured as ground
 _UPSIDE_DOWN = 0.2  # share of the image that a floor at its top must cover, unlike a ceiling
 
