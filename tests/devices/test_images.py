@@ -1,5 +1,6 @@
 """Reading one image file: what is accepted, how it is scaled, and every way it can be bad."""
 
+import contextlib
 from pathlib import Path
 
 import cv2
@@ -8,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bearcub.devices.images import IMAGE_SUFFIXES, list_folder, read_image
+from bearcub.devices.images import IMAGE_SUFFIXES, list_folder, quiet_opencv, read_image
 from bearcub.errors import FormatError, InputError
 
 GREY = np.arange(20 * 24, dtype=np.uint8).reshape(20, 24)
@@ -119,3 +120,15 @@ def test_two_files_of_one_frame_are_refused(tmp_path: Path) -> None:
     (tmp_path / "7.jpg").touch()
     with pytest.raises(InputError, match=r"holds both 7\.jpg and 7\.png"):
         list_folder(tmp_path, IMAGE_SUFFIXES)
+
+
+def test_opencv_speaks_again_when_the_last_of_two_overlapping_readers_is_done() -> None:
+    logging = getattr(cv2.utils, "logging", cv2)
+    level = logging.getLogLevel()
+    assert level > 0
+    first, second = quiet_opencv(), quiet_opencv()
+    with contextlib.ExitStack() as late:
+        with first:
+            late.enter_context(second)
+        assert logging.getLogLevel() == 0
+    assert logging.getLogLevel() == level

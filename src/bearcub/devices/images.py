@@ -3,6 +3,7 @@
 import contextlib
 import os
 import re
+import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -122,16 +123,46 @@ def _decode(data: UInt8) -> NDArray[Any] | None:
 
 @contextlib.contextmanager
 def quiet_opencv() -> Iterator[None]:
-    """Keep OpenCV, and FFmpeg inside it, from writing to stderr what is going to be raised."""
+    """Keep OpenCV, and FFmpeg inside it, from writing to stderr what is going to be raised.
+
+    For as long as any thread asks for it.
+    """
     # FFmpeg's level can be set in no other way, and only before OpenCV has loaded it.
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
-    logging = getattr(cv2.utils, "logging", cv2)  # OpenCV 5 moved the two functions there
-    level = logging.getLogLevel()
-    logging.setLogLevel(0)
+    _OPENCV.hush()
     try:
         yield
     finally:
-        logging.setLogLevel(level)
+        _OPENCV.let_speak()
+
+
+class _Voice:
+    """The level from which on OpenCV writes messages: one for all threads."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._hushed = 0
+        self._level = 0
+
+    def hush(self) -> None:
+        with self._lock:
+            self._hushed += 1
+            if self._hushed == 1:
+                self._level = _logging().getLogLevel()
+                _logging().setLogLevel(0)
+
+    def let_speak(self) -> None:
+        with self._lock:
+            self._hushed -= 1
+            if self._hushed == 0:
+                _logging().setLogLevel(self._level)
+
+
+_OPENCV = _Voice()
+
+
+def _logging() -> Any:
+    return getattr(cv2.utils, "logging", cv2)  # OpenCV 5 moved the two functions there
 
 
 def used_bits(image: RawImage) -> int:
