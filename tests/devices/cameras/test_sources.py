@@ -52,21 +52,30 @@ class Scripted:
 
 
 def test_pictures_taken_together_are_a_pair_and_their_skew_is_known() -> None:
-    pair = PairCapture(Scripted("l", [0, 66]), Scripted("r", [4, 69]), largest_skew=0.01)
+    left, right = Scripted("l", [0, 66, 132]), Scripted("r", [4, 70, 135])
+    pair = PairCapture(left, right, largest_skew=0.01)
     first, second = pair.take(), pair.take()
     assert (first.skew, second.skew) == pytest.approx((0.004, 0.003))
-    assert first.stamp_ns == 2 * MS
+    assert first.stamp_ns == 68 * MS
     assert first.dropped == 0
 
 
 def test_a_picture_without_partner_is_dropped_and_counted() -> None:
-    # The left camera began one period earlier; its picture 0 has no partner.
-    left, right = Scripted("l", [0, 66, 132]), Scripted("r", [68, 134])
+    # The right camera misses one period; the left one's picture 2 has no partner.
+    left, right = Scripted("l", [0, 66, 132, 198, 264]), Scripted("r", [2, 68, 200, 266])
     pair = PairCapture(left, right, largest_skew=0.01)
+    assert pair.take().dropped == 0
     taken = pair.take()
     assert taken.right is not None
-    assert (taken.left[0, 0], taken.right[0, 0], taken.dropped) == (1, 0, 1)
+    assert (taken.left[0, 0], taken.right[0, 0], taken.dropped) == (3, 2, 1)
     assert pair.take().dropped == 0
+
+
+def test_what_a_camera_took_while_the_other_one_began_is_no_loss() -> None:
+    left, right = Scripted("l", [0, 66, 132, 198, 264]), Scripted("r", [134, 200, 266])
+    taken = PairCapture(left, right, largest_skew=0.01).take()
+    assert taken.right is not None
+    assert (taken.left[0, 0], taken.right[0, 0], taken.dropped) == (4, 2, 0)
 
 
 def test_cameras_that_never_meet_are_a_fault_with_advice() -> None:
@@ -81,14 +90,16 @@ def test_cameras_that_never_meet_are_a_fault_with_advice() -> None:
 
 
 def test_cameras_of_two_sizes_are_a_fault() -> None:
-    pair = PairCapture(Scripted("l", [0]), Scripted("r", [0], width=24), largest_skew=0.01)
+    left, right = Scripted("l", [0, 66]), Scripted("r", [0, 66], width=24)
+    pair = PairCapture(left, right, largest_skew=0.01)
     source = CameraSource(pair, clock=ManualClock(), rate_hz=10, role="stereo")
     source.step()
     assert "set both cameras to one size" in source.health().problem
 
 
 def test_skew_and_drops_are_told_by_the_source() -> None:
-    left, right = Scripted("l", [0, 66, 132, 198]), Scripted("r", [70, 134, 199])
+    left = Scripted("l", [0, 66, 132, 198, 264])
+    right = Scripted("r", [2, 70, 200, 265])
     pair = PairCapture(left, right, largest_skew=0.01)
     clock = ManualClock()
     source = CameraSource(pair, clock=clock, rate_hz=15, role="stereo")
@@ -126,7 +137,8 @@ def test_a_camera_that_is_not_there_says_where_to_look() -> None:
     )
     source.step()
     assert source.health().problem == (
-        "colour (/dev/no-such-camera): cannot be opened as a camera; see: bearcub devices"
+        "colour (/dev/no-such-camera): cannot be opened as a camera: no such file or directory; "
+        "see: bearcub devices"
     )
 
 

@@ -15,7 +15,7 @@ from bearcub.errors import DeviceError, FormatError
 
 _FIRST_RETRY, _LAST_RETRY = 0.05, 0.5  # the pause before opening again doubles in between [s]
 _SKEWS = 100  # pairs over which the skew is measured
-_JOIN = 2.0  # a camera that hangs in its driver is left behind at the end [s]
+_JOIN = 2.5  # longer than a picture is waited for; a camera that hangs then is left behind [s]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
