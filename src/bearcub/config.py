@@ -5,9 +5,10 @@ loading them again is the identity.
 """
 
 import difflib
+import json
 import math
 import tomllib
-from dataclasses import Field, dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -64,9 +65,19 @@ class Matching(Table):
         "native",
         "sgbm",
         "bm",
+        "onnx",
+    )
+    model: str = setting(
+        "", "ONNX file of the onnx matcher; in a configuration file, from that file's folder"
+    )
+    model_white: float = setting(
+        255.0, "what that model takes for white: 255, or 1", low=0.001, high=65535.0
     )
     threads: int = setting(
-        1, "threads of the native matcher; its answer is the same for any number", low=1, high=64
+        1,
+        "threads of native and onnx; the answer of native is the same for any number",
+        low=1,
+        high=64,
     )
     nearest: float = setting(
         0.0,
@@ -75,12 +86,20 @@ class Matching(Table):
         high=100.0,
     )
     block_size: int = setting(
-        5, "side of the matched block [px]; bm uses at least 9, native always 5", low=1, high=31
+        5,
+        "side of the matched block [px]; bm uses at least 9, native always 5, onnx none",
+        low=1,
+        high=31,
     )
     uniqueness: int = setting(
-        10, "margin of the best over the second best match [%]", low=0, high=100
+        10, "margin of the best over the second best match [%]; not of onnx", low=0, high=100
     )
-    left_right: float = setting(1.0, "largest left-right disagreement [px]", low=0.0, high=100.0)
+    left_right: float = setting(
+        1.0,
+        "largest left-right disagreement [px]; at 100 onnx does not check and takes half the time",
+        low=0.0,
+        high=100.0,
+    )
     speckle_area: int = setting(
         100, "smallest connected patch that is kept [px]", low=0, high=100000
     )
@@ -206,6 +225,8 @@ class Config:
     def load(cls, path: Path) -> "Config":
         """Read a TOML file; keys it does not name keep their defaults.
 
+        The path of a model is taken from the file's folder.
+
         Raises
         ------
         ConfigError
@@ -219,7 +240,7 @@ class Config:
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise ConfigError(f"{path}: is not TOML: {error}") from error
         try:
-            return cls.from_tables(tables)
+            return _with_model_from(path.parent, cls.from_tables(tables))
         except ConfigError as error:
             raise ConfigError(f"{error} (in {path})") from error
 
@@ -251,10 +272,19 @@ class Config:
         return "\n".join(lines)
 
 
+def _with_model_from(folder: Path, config: Config) -> Config:
+    """Return `config` with a relative path of its model taken from `folder`."""
+    matching = config.matching
+    if not matching.model:
+        return config
+    return replace(config, matching=replace(matching, model=str(folder / matching.model)))
+
+
 def _toml(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
-    return f'"{value}"' if isinstance(value, str) else repr(value)
+    # What JSON escapes in a text, TOML escapes alike.
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
 
 
 def require_known(name: str, known: Any, *, what: str) -> None:

@@ -97,6 +97,7 @@ def software() -> list[Software]:
     """Return the optional parts of the installation, whether or not they are there."""
     return [
         _native_core(),
+        _module("learned matchers", "onnxruntime", "pip install 'bearcub[onnx]'"),
         _module("serial lines", "serial", "pip install 'bearcub[devices]'"),
         _module("GPS", "pynmeagps", "pip install 'bearcub[devices]'"),
         _module("MAVLink", "pymavlink", "pip install pymavlink"),

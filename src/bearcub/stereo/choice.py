@@ -3,8 +3,10 @@
 import functools
 import logging
 from collections.abc import Callable
+from pathlib import Path
 
 from bearcub.config import Matching
+from bearcub.errors import ConfigError
 from bearcub.messages import Float32, UInt8
 from bearcub.stereo.matchers import BmMatcher, Matcher, SearchRange, SgbmMatcher
 from bearcub.stereo.native import (
@@ -13,6 +15,7 @@ from bearcub.stereo.native import (
     NativeRefinement,
     reason_missing,
 )
+from bearcub.stereo.onnx_matcher import OnnxMatcher
 from bearcub.stereo.refine import refine
 
 Refinement = Callable[[UInt8, UInt8, Float32], Float32]
@@ -25,7 +28,14 @@ def matcher_for(search: SearchRange, matching: Matching) -> Matcher:
 
     Where the native one was not compiled, or the search is wider than it can, OpenCV's
     semi-global matcher stands in; the log says so once.
+
+    Raises
+    ------
+    BearcubError
+        If a learned matcher is asked for without a model that can be run.
     """
+    if matching.matcher == "onnx":
+        return _learned(search, matching)
     if matching.matcher == "native" and _native_can(search.count):
         return NativeMatcher(
             search,
@@ -46,6 +56,18 @@ def matcher_for(search: SearchRange, matching: Matching) -> Matcher:
 def refinement(*, threads: int) -> Refinement:
     """Return the fastest form of the refinement that is there; all do the same."""
     return refine if reason_missing() else NativeRefinement(threads=threads)
+
+
+def _learned(search: SearchRange, matching: Matching) -> OnnxMatcher:
+    if not matching.model:
+        raise ConfigError('matching.matcher = "onnx": expected a model file, too: matching.model')
+    return OnnxMatcher(
+        Path(matching.model),
+        search,
+        white=matching.model_white,
+        left_right=matching.left_right,
+        threads=matching.threads,
+    )
 
 
 def _native_can(count: int) -> bool:
