@@ -2,85 +2,122 @@
 
 import argparse
 import json
+from dataclasses import fields, replace
+from pathlib import Path
 
-from rich.table import Table
-
+from bearcub.cli import bench_matchers, bench_video
+from bearcub.cli.bench_tables import as_json, in_words, print_under, stage_table
 from bearcub.cli.parsing import count, size
-from bearcub.cli.report import print_trimmed, terminal
-from bearcub.config import Config
+from bearcub.cli.rig_options import add_rig_options
+from bearcub.config import Config, Matching
+from bearcub.errors import InputError
 from bearcub.pipeline import Pipeline
-from bearcub.runtime.bench import FRAME_BUDGET_MS, WARM_UP, cases, machine, measure, summarise
+from bearcub.runtime.bench import FRAME_BUDGET_MS, WARM_UP, cases, measure, summarise
 
-Summary = dict[str, dict[str, float]]
+_MATCHERS = next(item for item in fields(Matching) if item.name == "matcher").metadata["choices"]
+_SIZE = (640, 480)
+_FRAMES = 200
+_ROUNDS = 50
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.add_argument(
-        "--frames", type=count, default=200, metavar="N", help="counted frames a case (200)"
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--pair", action="store_true", help="also match the sample's pair")
+    what.add_argument(
+        "--matchers",
+        nargs="*",
+        type=Path,
+        metavar="DIR",
+        help="compare the matchers instead, their speed and, on the pairs with truth in DIR, their "
+        "errors; Middlebury's layouts",
+    )
+    what.add_argument(
+        "--video",
+        nargs="*",
+        type=Path,
+        metavar="FILE",
+        help="decode, rectify, match, answer and draw at the same time: a side-by-side video, or a "
+        "left and a right one; no FILE: the sample, shaken",
     )
     parser.add_argument(
-        "--size", type=size, default=(640, 480), metavar="WxH", help="of the images (640x480)"
+        "--frames",
+        type=count,
+        metavar="N",
+        help=f"counted frames a case ({_FRAMES}; of --matchers {_ROUNDS})",
     )
-    parser.add_argument("--pair", action="store_true", help="also match the sample's pair")
-    parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
+    parser.add_argument(
+        "--size", type=size, nargs="+", metavar="WxH", help="of the images, one or more (640x480)"
+    )
+    parser.add_argument(
+        "--threads", type=threads, metavar="N", help="that each stage may use, or all (1)"
+    )
+    parser.add_argument(
+        "--matcher", choices=_MATCHERS, help="of --video, instead of the configuration's"
+    )
+    parser.add_argument("--config", type=Path, metavar="FILE", help="TOML; see bearcub config")
+    parser.add_argument("--json", action="store_true", help="a JSON object for every size")
+    add_rig_options(parser)
+
+
+def threads(text: str) -> int:
+    """Return a number of threads, of ``all`` as many as may run at once; for argparse."""
+    if text != "all":
+        return count(text)
+    from bearcub.evaluation.simulated import cores  # noqa: PLC0415 (slow to import)
+
+    return cores()
 
 
 def execute(args: argparse.Namespace) -> int:
-    """Measure every case and print what it took."""
-    results = {
-        case.name: summarise(
-            measure(Pipeline(case.rig, case.config), case.snapshot, frames=args.frames)
-        )
-        for case in cases(size=args.size, config=Config(), pair=args.pair)
-    }
-    if args.json:
-        print(_to_json(args, results))
-    else:
-        _print_table(args, results)
+    """Measure what was asked for and print what it took; return 0, or 130 after Ctrl-C."""
+    config = _config(args)
+    sizes = args.size or [_SIZE]
+    if args.video:
+        if args.size is not None:
+            raise InputError("--size is for the sample; a video has a size of its own")
+        return bench_video.play_files(args, config, frames=args.frames or _FRAMES)
+    if args.rig is not None:
+        raise InputError(f"--rig {args.rig} without a video of its own: give --video FILE, too")
+    if args.video is not None:
+        return bench_video.play_sample(args, config, sizes=sizes, frames=args.frames or _FRAMES)
+    if args.matchers is not None:
+        return bench_matchers.compare(args, config, sizes=sizes, rounds=args.frames or _ROUNDS)
+    for number, each in enumerate(sizes):
+        if number and not args.json:
+            print()
+        _measure_stages(args, config, each)
     return 0
 
 
-def _to_json(args: argparse.Namespace, results: dict[str, Summary]) -> str:
-    measured = [{"name": name, "stages_ms": stages} for name, stages in results.items()]
-    return json.dumps(
-        {
-            "schema": "bearcub.bench/1",
-            "machine": machine(),
-            "size": list(args.size),
-            "frames": args.frames,
-            "warm_up": WARM_UP,
-            "threads": 1,
-            "budget_ms": FRAME_BUDGET_MS,
-            "cases": measured,
-        }
-    )
+def _config(args: argparse.Namespace) -> Config:
+    config = Config() if args.config is None else Config.load(args.config)
+    given = {"matcher": args.matcher, "threads": args.threads}
+    changed = {name: value for name, value in given.items() if value is not None}
+    return replace(config, matching=replace(config.matching, **changed))
 
 
-def _print_table(args: argparse.Namespace, results: dict[str, Summary]) -> None:
-    table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="cyan")
-    for title in ("Case", "Stage"):
-        table.add_column(title, no_wrap=True)
-    for title in ("p50 [ms]", "p99 [ms]", "max [ms]", f"of {FRAME_BUDGET_MS:.1f} ms"):
-        table.add_column(title, justify="right", no_wrap=True)
-    for name, stages in results.items():
-        for stage, spent in stages.items():
-            table.add_row(
-                name if stage == next(iter(stages)) else "",
-                stage,
-                *(f"{spent[key]:.2f}" for key in ("p50", "p99", "max")),
-                f"{100 * spent['share']:.1f} %",
-                style="bold" if stage == "total" else "",
-            )
-    found = machine()
-    versions = ", ".join(
-        f"{name} {found[name]}" for name in ("bearcub", "python", "numpy", "opencv")
-    )
-    print_trimmed(
-        terminal(),
-        f"{args.size[0]} x {args.size[1]} px, {args.frames} frames a case after {WARM_UP} to warm "
-        "up, one thread",
-        f"{found['processor']}, {found['system']}; {versions}",
-        "",
-        table,
+def _measure_stages(args: argparse.Namespace, config: Config, size: tuple[int, int]) -> None:
+    frames, threads = args.frames or _FRAMES, config.matching.threads
+    results = {
+        case.name: summarise(
+            measure(Pipeline(case.rig, case.config), case.snapshot, frames=frames, threads=threads)
+        )
+        for case in cases(size=size, config=config, pair=args.pair)
+    }
+    if args.json:
+        figures = as_json(
+            size=list(size),
+            frames=frames,
+            warm_up=WARM_UP,
+            threads=threads,
+            budget_ms=FRAME_BUDGET_MS,
+            cases=[{"name": name, "stages_ms": stages} for name, stages in results.items()],
+        )
+        print(json.dumps(figures))
+        return
+    print_under(
+        f"{size[0]} x {size[1]} px, {frames} frames a case after {WARM_UP} to warm up, "
+        f"{in_words(threads)}",
+        stage_table(results, last="total"),
     )

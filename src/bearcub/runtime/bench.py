@@ -131,15 +131,25 @@ def wall_disparity(rig: Rig, *, distance: float = _WALL, seed: int = 0) -> Float
     return quantised
 
 
-def measure(stage: Stage, snapshot: Snapshot, *, frames: int) -> dict[str, Float64]:
-    """Process a snapshot `frames` times, after a warm-up, on one thread.
+def measure(
+    stage: Stage, snapshot: Snapshot, *, frames: int, threads: int = 1
+) -> dict[str, Float64]:
+    """Process a snapshot `frames` times, after a warm-up.
+
+    Parameters
+    ----------
+    stage : Stage
+    snapshot : Snapshot
+    frames : int
+    threads : int
+        Of OpenCV; the stage's own are its configuration's.
 
     Returns
     -------
     dict of str to ndarray of float64, shape (frames,)
         Milliseconds of every stage.
     """
-    with _one_thread():
+    with on_threads(threads):
         timings = [stage.process(snapshot).timing for _ in range(WARM_UP + frames)][WARM_UP:]
     return {name: np.array([getattr(timing, name) for timing in timings]) for name in STAGES}
 
@@ -158,13 +168,14 @@ def summarise(times: dict[str, Float64]) -> dict[str, dict[str, float]]:
 
 
 @contextlib.contextmanager
-def _one_thread() -> Iterator[None]:
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
+def on_threads(count: int) -> Iterator[None]:
+    """Let OpenCV use this many threads inside."""
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(count)
     try:
         yield
     finally:
-        cv2.setNumThreads(threads)
+        cv2.setNumThreads(before)
 
 
 def machine() -> dict[str, Any]:
