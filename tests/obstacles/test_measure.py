@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from bearcub.geometry import Attitude, Projection, base_from_optical, forward_in_camera
+from bearcub.geometry import Attitude, Float64, Projection, base_from_optical, forward_in_camera
 from bearcub.ground.surface import Surface
+from bearcub.messages import Float32
 from bearcub.obstacles.measure import Extent, View, measure
 
 LEVEL = Attitude(roll=0.0, pitch=0.0)
@@ -125,3 +126,44 @@ def test_a_thing_turned_round_the_robot_keeps_its_size() -> None:
     assert found.x == pytest.approx(4.5, abs=0.02)  # the camera is 0.5 m before the origin
     assert found.top == pytest.approx(0.80, abs=0.015)
     assert found.width == pytest.approx(0.40, abs=0.02)
+
+
+def test_round_thing_is_as_wide_as_its_silhouettes() -> None:
+    """Its outermost direction's middle is nearer than they are."""
+    radius, centre = 0.225, 3.2
+    half = math.asin(radius / centre)
+    columns = np.arange(math.ceil(199.5 - 400 * math.tan(half)), 200 + int(400 * math.tan(half)))
+    ray = np.hypot(1.0, (columns - 199.5) / 400)  # along it the axis is centre / ray away
+    reach = centre / ray - np.sqrt(radius**2 - centre**2 * (1 - 1 / ray**2))
+    u, v = (grid.ravel().astype(float) for grid in np.meshgrid(columns, range(170, 230)))
+    d = np.tile(40.0 * ray / reach, 60).astype(np.float32)
+    found = measured(u, v, d)
+    assert found.width == pytest.approx(2 * radius * math.cos(half), rel=0.025)
+
+
+def test_slope_of_a_ramp_is_free_of_the_noise_in_its_range() -> None:
+    # height 0.25 (x - 3) seen from 1 m up: row 149.5 + 400 k shows x = 1.75 / (k + 0.25)
+    u, v = (grid.ravel().astype(float) for grid in np.meshgrid(range(100, 300), range(140, 280)))
+    x = 1.75 / ((v - 149.5) / 400 + 0.25)
+    d = 40.0 / x + np.random.default_rng(0).normal(0, 0.5, len(x))
+    found = measured(u, v, d.astype(np.float32))
+    assert found.climbs
+    assert found.climb == pytest.approx(0.25, rel=0.06)
+
+
+def measured(u: Float64, v: Float64, d: Float32) -> Extent:
+    """Measure what fills these pixels."""
+    return measure(
+        VIEW,
+        LEVEL_FLOOR,
+        u,
+        v,
+        d,
+        noise=0.1,
+        bias=0.0,
+        fattening=0.0,
+        fringe=0.0,
+        witnessed=False,
+        stride=1,
+        pixels=len(u),
+    )

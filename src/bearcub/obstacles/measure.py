@@ -71,7 +71,9 @@ class Extent:
     `lowest` is the lowest part that is seen, `bottom` where the thing is taken to begin;
     `fill` is the share of its outline (width times height) that its pixels cover; `width` is 0
     for what is no wider than the matcher's window alone makes it; `front` is how high it has risen
-    a step behind its nearest point; `climbs` tells ground that rises evenly with the range.
+    a step behind its nearest point; `climb` is the slope (tangent) of ground that rises evenly with
+    the range, NaN for what is none; heights are above the floor there, which lies `ground` above
+    the plane.
     """
 
     x: float
@@ -88,11 +90,17 @@ class Extent:
     lowest: float
     fill: float
     front: float
-    climbs: bool
+    climb: float
+    ground: float
     sigma_distance: float
     sigma_bearing: float
     sigma_width: float
     sigma_top: float
+
+    @property
+    def climbs(self) -> bool:
+        """Whether it is ground that climbs."""
+        return not math.isnan(self.climb)
 
 
 def measure(
@@ -176,7 +184,8 @@ def measure(
         lowest=low - lift,
         fill=weight * pixel**2 * float(reach @ reach) / max(width * (high - low), 1e-6),
         front=risen - lift,
-        climbs=_climbs(reach, z) and not (witnessed and risen - lift > RISEN * (high - lift)),
+        ground=lift,
+        climb=math.nan if witnessed and risen - lift > RISEN * (high - lift) else _climb(reach, z),
         sigma_distance=sigma_distance,
         sigma_bearing=edge / math.sqrt(2),
         sigma_width=math.hypot(math.sqrt(2) * side, width * spread / d_near, _BLURRED * width),
@@ -248,16 +257,22 @@ def _typical(counts: Float64) -> float:
     return float(ordered[np.searchsorted(total, 0.5 * total[-1])])
 
 
-def _climbs(reach: Float64, z: Float64) -> bool:
-    """Tell a ramp: height follows from range, and rises with it no steeper than a way may."""
+def _climb(reach: Float64, z: Float64) -> float:
+    """Return the slope of a ramp (tangent), NaN for what is none.
+
+    Its height follows from range, and rises with it no steeper than a way may.
+    """
     from_mean, height = reach - reach.mean(), z - z.mean()
     spread = float(from_mean @ from_mean)
     if spread == 0.0:
-        return False
-    slope = float(from_mean @ height) / spread
-    explained = slope * slope * spread / max(float(height @ height), 1e-12)
+        return math.nan
+    together = float(from_mean @ height)
+    slope = together / spread
+    explained = slope * together / max(float(height @ height), 1e-12)
     long = quantile(reach, 0.95) > _LONG * quantile(reach, 0.05)
-    return 0.0 < slope < _STEEPEST and explained > (_EXPLAINED_LONG if long else _EXPLAINED)
+    if not 0.0 < slope < _STEEPEST or explained <= (_EXPLAINED_LONG if long else _EXPLAINED):
+        return math.nan
+    return slope / explained  # noise is in the range, which the height is free of
 
 
 def _main_run(counts: Float64, threshold: float) -> tuple[int, int]:

@@ -244,8 +244,7 @@ class ObstacleStage:
             [
                 thing
                 for thing in found
-                if thing.extent.lowest < self.clearance
-                or not any(_beyond(thing.extent, ramp) for ramp in rising)
+                if not any(self._goes_on(ramp, thing.extent, frame) for ramp in rising)
             ],
             low=self.low_height,
         )
@@ -319,6 +318,20 @@ class ObstacleStage:
             2 * self.least_height + 3 * self.unevenness, min(1.5 * hidden, 0.4)
         )
 
+    def _goes_on(self, ramp: Extent, extent: Extent, frame: _Frame) -> bool:
+        """Tell what is only more of a ramp: behind its foot, and no higher than it goes on.
+
+        Or in the air: what is left of ground that far above.
+        """
+        behind = extent.distance - ramp.distance
+        aside = abs(extent.bearing - ramp.bearing) * extent.distance
+        if behind <= 0 or aside >= 0.5 * (extent.width + ramp.width):
+            return False
+        focal = self.projection.fx * self.projection.baseline
+        blur = 2 * frame.ground.noise * extent.distance**2 / focal
+        goes_on = ramp.ground + ramp.front + ramp.climb * (behind + blur) + self.least_height
+        return extent.lowest >= self.clearance or extent.ground + extent.front < goes_on
+
     def _obstacle(self, identity: int, thing: Thing, shape: tuple[int, int]) -> Obstacle:
         extent, box, pixels = thing.extent, thing.box, thing.pixels
         cut = cut_sides(box, shape)
@@ -357,12 +370,6 @@ def _believed(member: Member, frame: _Frame, *, sure: float) -> bool:
     return member.pixels > _LARGE or confirmed(
         frame.witness, frame.sorter, member.u, member.v, offset=frame.disparity.offset, sure=sure
     )
-
-
-def _beyond(extent: Extent, ramp: Extent) -> bool:
-    """Tell what is behind the foot of a long ramp, of what hangs in the air: the ramp goes on."""
-    aside = abs(extent.bearing - ramp.bearing) * extent.distance
-    return extent.distance > ramp.distance and aside < 0.5 * (extent.width + ramp.width)
 
 
 def _box(member: Member, shape: tuple[int, int]) -> tuple[int, int, int, int]:
