@@ -151,7 +151,14 @@ def test_slope_of_a_ramp_is_free_of_the_noise_in_its_range() -> None:
     assert found.climb == pytest.approx(0.25, rel=0.06)
 
 
-def measured(u: Float64, v: Float64, d: Float32) -> Extent:
+@pytest.mark.parametrize(("noise", "nearest"), [(0.3, 4.0), (0.02, 40 / 11.5)])
+def test_dent_is_wrong_matches_only_where_noise_is_large(noise: float, nearest: float) -> None:
+    u, v = (grid.ravel().astype(float) for grid in np.meshgrid(range(140, 180), range(170, 230)))
+    d = np.where((u >= 159) & (u < 163), 11.5, 10.0).astype(np.float32)
+    assert measured(u, v, d, noise=noise).distance == pytest.approx(nearest, rel=0.03)
+
+
+def measured(u: Float64, v: Float64, d: Float32, *, noise: float = 0.1) -> Extent:
     """Measure what fills these pixels."""
     return measure(
         VIEW,
@@ -159,7 +166,7 @@ def measured(u: Float64, v: Float64, d: Float32) -> Extent:
         u,
         v,
         d,
-        noise=0.1,
+        noise=noise,
         bias=0.0,
         fattening=0.0,
         fringe=0.0,

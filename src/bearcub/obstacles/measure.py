@@ -180,7 +180,7 @@ def measure(
         range_left=float(ranges[-1]),
         width=width,
         top=high - lift,
-        bottom=low - lift,
+        bottom=low + fattening * row - lift,
         lowest=low - lift,
         fill=weight * pixel**2 * float(reach @ reach) / max(width * (high - low), 1e-6),
         front=risen - lift,
@@ -309,10 +309,24 @@ def _near_face(
     near = ordered[(ends - counts + counts // 10)[used]]
     ranges = np.minimum(ordered[middle[used]], near + _LEANS * blur * near * near)
     directions = right + (np.flatnonzero(used) + 0.5) * (left - right) / groups
+    # where noise reaches farther than the next direction, wrong matches make dents
+    if blur * median(ranges) > (left - right) / groups:
+        ranges = _without_dents(ranges)
     if len(ranges) >= 3:
         inner = 0.25 * ranges[:-2] + 0.5 * ranges[1:-1] + 0.25 * ranges[2:]
         ranges = np.concatenate([ranges[:1], inner, ranges[-1:]])
     return ranges, directions, counts[used].astype(np.float64)
+
+
+def _without_dents(ranges: Float64) -> Float64:
+    """Return the running median of five, of three at the ends, where ranges are much nearer."""
+    if len(ranges) < 5:
+        return ranges
+    last = len(ranges) - 1
+    steady = np.median(np.lib.stride_tricks.sliding_window_view(ranges, 5), axis=1)
+    ends = [float(np.median(part)) for part in (ranges[:3], ranges[last - 2 :])]
+    around = np.concatenate([ends[:1], ends[:1], steady, ends[1:], ends[1:]])
+    return np.where(ranges < (1 - _SHARPEST) * around, around, ranges)
 
 
 def _to_the_point(ranges: Float64, nearest: int) -> float:
