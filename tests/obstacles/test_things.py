@@ -299,3 +299,13 @@ def test_distance_of_a_crate_turned_towards_us_is_that_of_its_edge(
     found = only(look(noisy(frame.disparity, 0.1), by=rig).obstacles)
     # 3 m less half a diagonal of 0.85 m at 45 deg; the mean of its direction is 4 cm beyond
     assert found.distance == pytest.approx(frame.truth["obstacles"][0]["distance"], abs=0.015)
+
+
+def test_what_the_lower_border_cuts_is_not_told_to_hang(
+    shot: Shot, noisy: Noisy, look: Look, crate: Crate
+) -> None:
+    """Its foot is below the picture: the robot cannot know that there is a way under it."""
+    frame = shot(scene(crate(x=1.0, y=0.35, width=0.3, height=1.0)))
+    found = only(look(noisy(frame.disparity, 0.1), roll=0).obstacles)
+    assert "bottom" in found.truncated
+    assert found.base_height == 0.0

@@ -28,7 +28,7 @@ from bearcub.obstacles.free_range import free_range
 from bearcub.obstacles.holes import find_holes
 from bearcub.obstacles.joining import Thing, joined
 from bearcub.obstacles.layers import Painter
-from bearcub.obstacles.measure import RISEN, Extent, View, cut_sides, measure
+from bearcub.obstacles.measure import MARGIN, RISEN, Extent, View, cut_sides, measure
 from bearcub.obstacles.segment import Member, Segments, segment
 from bearcub.obstacles.sorting import Sorter, Sorting
 from bearcub.obstacles.surroundings import goes_on_below, hidden_below, mixed
@@ -284,7 +284,8 @@ class ObstacleStage:
         hidden = frame.ground.height * median(frame.sorter.tolerance_at(u, v) / d[v, u])
         least = _SURE
         if self._hangs(extent, hidden):
-            if hidden_below(d, frame.segments, member):
+            below_the_image = int(v.max()) >= d.shape[0] - MARGIN
+            if below_the_image or hidden_below(d, frame.segments, member):
                 extent = replace(extent, bottom=0.0)  # its foot is out of sight
             elif witnessed and goes_on_below(frame.sorter, member):
                 extent, least = replace(extent, bottom=0.0), _SURE_FOOT
