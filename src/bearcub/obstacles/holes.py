@@ -14,7 +14,6 @@ References
 """
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import cv2
@@ -24,21 +23,24 @@ from numpy.typing import NDArray
 from bearcub.geometry import Float64
 from bearcub.messages import Bool, Ground, Hole
 from bearcub.obstacles.measure import MARGIN, View, cut_sides
+from bearcub.obstacles.regions import (
+    CLOSING,
+    EDGE_ROWS,
+    LEAST_COLUMNS,
+    LEAST_PIXELS,
+    LEAST_ROWS,
+    MIRRORED,
+    Region,
+    regions_below,
+)
 from bearcub.obstacles.segment import Segments
 from bearcub.obstacles.sorting import Sorter, Sorting
-from bearcub.obstacles.verify import Witness, confirmed
+from bearcub.obstacles.verify import ALONG, Witness, confirmed
 from bearcub.robust import median, quantile
 
-_LEAST_PIXELS = 60
-_SURE, _SURE_NARROW = 1.5, 3.0  # standard errors by which the images must speak for a hole
-_PLAIN = 3.0  # times the tolerance that a tenth of a hole's pixels lie below the floor ...
-_PLAIN_PIXELS = 500  # ... and how many there must be, that no other evidence is asked for
+_SURE, _SURE_NARROW = 1.3, 2.0  # standard errors by which the images must speak for a hole
+_SHIFTED, _SHIFTED_NARROW = 5.0, 10.0  # ... sigmas for all of its pixels lying lower together
 _NARROW = 0.4  # width [m] below which gaps between blades and stones look like holes
-_LEAST_COLUMNS = 8
-_LEAST_ROWS = 3
-_RIM = 0.2  # share of a pit's depth at which its rim is taken
-_RIM_SIGMAS = 1.5  # ... but no closer to the floor than this many sigmas of noise
-_EDGE_ROWS = 6  # rows searched beyond a rim for what borders it
 _VISIBLE = 0.8  # share of the visible depth from which on the bottom may be out of sight
 _IMPOSSIBLE = 1.6  # times the visible depth, which its own errors allow for
 _RESUMED = 0.4  # of the tolerance: floor that lies lower still belongs to the drop
@@ -47,11 +49,13 @@ _AT_ONCE = 0.6  # of its fall three windows on that a drop has in the first behi
 _LONGEST = 4.0  # ground that lies lower for longer is no pit but another floor [m]
 _DEEPEST = 0.1  # quantile of height that is called the bottom
 _VAGUE = 0.2  # 1-sigma of a hole's width, length and depth, as a share: its rim is a slope
+_SMOOTHED = 0.3  # ... and of its depth, which the matcher's windows make less
 _SHALLOW = 0.05  # depth over length of ground that undulates
 _STEEP = math.radians(20.0)  # a hole's walls are at least so steep
-_MIRRORED = 24  # rows in which the foot of a mirrored thing may hide in the tolerance
 _SAME_RANGE = 0.95  # of the disparity at the far rim: a thing farther behind is not mirrored
-_CLOSING = np.ones((7, 7), dtype=np.uint8)
+_SIGMA = 1.4826  # 1-sigma over the distance from quartile to median of a normal distribution
+_RELIEF = 1.7  # times the roughness of the ground around it that a pit is deep
+_AROUND = np.ones((25, 25), dtype=np.uint8)
 
 Index = NDArray[np.int64]
 
@@ -80,40 +84,6 @@ def sight_limit(focal: float, height: float, *, length: float = 1.0, rows: int =
     6.5
     """
     return 0.5 * (math.sqrt(length**2 + 4 * focal * height * length / rows) - length)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Region:
-    """A connected part of the image that looks through the floor.
-
-    Attributes
-    ----------
-    mask : ndarray of bool, shape (H, W)
-        In a window of the image.
-    sorting : Sorting
-        Of that window.
-    plain : bool
-        It lies so much below the floor as no wrong match does.
-    """
-
-    mask: Bool
-    sorting: Sorting
-    plain: bool
-
-    @property
-    def top(self) -> int:
-        """First row of the window [px]."""
-        return int(self.sorting.v[0])
-
-    @property
-    def left(self) -> int:
-        """First column of the window [px]."""
-        return int(self.sorting.u[0])
-
-    def pixels(self) -> tuple[Index, Index]:
-        """Return the columns and rows of its pixels in the window."""
-        v, u = np.divmod(np.flatnonzero(self.mask), self.mask.shape[1])
-        return u, v
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -184,7 +154,7 @@ def find_holes(
     limit = min(farthest, sight_limit(view.projection.fx, ground.height))
     level = view.projection.fx * view.projection.baseline / limit
     below = sorting.below & (sorting.floor > level)
-    if not ground.seen or np.count_nonzero(below) * segments.step**2 < _LEAST_PIXELS:
+    if not ground.seen or np.count_nonzero(below) * segments.step**2 < LEAST_PIXELS:
         return (), ()
     scene = _Scene(
         things=things.take(segments.labels),
@@ -195,91 +165,50 @@ def find_holes(
         ground=ground,
     )
     found = []
-    for region in _regions(below, sorter, segments.step):
+    for region in regions_below(below, sorter, segments.step):
         hole = _judge(region, scene)
         if hole is None:
             continue
-        u, v = region.pixels()
-        sure = _SURE if hole.width >= _NARROW else _SURE_NARROW
-        if region.plain or confirmed(
-            witness, sorter, u + region.left, v + region.top, offset=offset, sure=sure
-        ):
+        if _shown(region, witness, sorter, offset, narrow=hole.width < _NARROW):
             found.append((hole, region))
+    found = _apart(found)
     found.sort(key=lambda item: item[0].distance)
     return tuple(hole for hole, _ in found), tuple(region for _, region in found)
 
 
-def _regions(below: Bool, sorter: Sorter, step: int) -> Iterator[Region]:
-    """Yield connected regions grown from `below`, a grid, to the rim."""
-    height, width = sorter.disparity.shape
-    side = {1: 7, 2: 5}.get(step, 3)
-    closed = cv2.morphologyEx(below.view(np.uint8), cv2.MORPH_CLOSE, _CLOSING[:side, :side])
-    _, parts = cv2.connectedComponents(closed, connectivity=8, ltype=cv2.CV_16U)
-    index = np.flatnonzero(parts)
-    numbers = parts.ravel()[index]
-    areas = step**2 * np.bincount(numbers)
-    for number in np.flatnonzero(areas >= _LEAST_PIXELS):
-        area = int(areas[number])
-        v, u = np.divmod(index[numbers == number], parts.shape[1])
-        left, top = step * int(u.min()), step * int(v[0])
-        wide, high = step * (int(u.max()) + 1) - left, step * (int(v[-1]) + 1) - top
-        if wide < _LEAST_COLUMNS or high < _LEAST_ROWS:
-            continue
-        margin = max(8, wide // 3, high // 2)
-        first, last = max(0, top - margin), min(height, top + high + margin)
-        # beyond what the region may grow to, rows that tell what borders it
-        above, under = max(_MIRRORED, (last - first) // 4) + 1, _EDGE_ROWS + 1
-        part = sorter.part(
-            slice(max(0, first - above), min(height, last + under)),
-            slice(max(0, left - margin), min(width, left + wide + margin)),
-        )
-        seed = parts[np.ix_(part.v // step, part.u // step)] == number
-        strong = seed & part.below
-        if np.count_nonzero(strong) < 0.3 * area:
-            continue
-        depth = -quantile(part.residual[strong], 0.1)
-        rim = np.maximum(_RIM * depth, _RIM_SIGMAS * sorter.noise_of(part))
-        weak = part.residual < -rim
-        weak |= _small_gaps(np.isnan(part.residual), largest=area)
-        weak[: first - int(part.v[0])] = False
-        weak[last - int(part.v[0]) :] = False
-        mask = _grown(seed, weak)
-        yield Region(mask=mask, sorting=part, plain=_plain(mask, part))
+def _apart(found: list[tuple[Hole, Region]]) -> list[tuple[Hole, Region]]:
+    """Drop what is a part of a larger one: two seeds may have grown to the same rim."""
+    kept: list[tuple[Hole, Region]] = []
+    for hole, region in sorted(found, key=lambda item: -item[0].pixels):
+        if not any(region.overlaps(other) for _, other in kept):
+            kept.append((hole, region))
+    return kept
 
 
-def _plain(mask: Bool, part: Sorting) -> bool:
-    """Tell what lies so much below the floor that no wrong match does."""
-    fall = -part.residual[mask] / part.allowed[mask]
-    fall = fall[np.isfinite(fall)]
-    return len(fall) > _PLAIN_PIXELS and quantile(fall, 0.9) > _PLAIN
-
-
-def _small_gaps(unmatched: Bool, *, largest: int) -> Bool:
-    """Return the unmatched patches no larger than the hole itself: shade and hidden sides."""
-    _, parts, stats, _ = cv2.connectedComponentsWithStats(
-        unmatched.astype(np.uint8), connectivity=8
-    )
-    small = stats[:, cv2.CC_STAT_AREA] <= largest
-    small[0] = False
-    gaps: Bool = small[parts]
-    return gaps
-
-
-def _grown(seed: Bool, weak: Bool) -> Bool:
-    """Return the part of `weak` (closed) that touches the seed, with the seed."""
-    either = cv2.morphologyEx((weak | seed).astype(np.uint8), cv2.MORPH_CLOSE, _CLOSING[:5, :5])
-    _, parts = cv2.connectedComponents(either, connectivity=4)
-    wanted = np.bincount(parts[seed], minlength=parts.max() + 1)
-    wanted[0] = 0
-    grown: Bool = parts == int(np.argmax(wanted))
-    return grown
+def _shown(
+    region: Region, witness: Witness | None, sorter: Sorter, offset: float, *, narrow: bool
+) -> bool:
+    """Tell whether the images, if there are any, show a hole: pixel by pixel and as a whole."""
+    if witness is None:
+        return True
+    u, v = region.pixels()
+    sure = _SURE_NARROW if narrow else _SURE
+    if not region.plain and not confirmed(
+        witness, sorter, u + region.left, v + region.top, offset=offset, sure=sure, window=ALONG
+    ):
+        return False
+    u, v = region.inside()  # the rim's own edge lies on the floor
+    shift = median(region.sorting.residual[v, u]) if len(u) else 0.0
+    floor = region.sorting.floor[v, u] - np.float32(offset)
+    shown = witness.shifted(u + region.left, v + region.top, floor, shift)
+    return shown > (_SHIFTED_NARROW if narrow else _SHIFTED)
 
 
 def _judge(region: Region, scene: _Scene) -> Hole | None:
     """Tell whether a region is a hole, and measure it."""
     mask, sorting = region.mask, region.sorting
-    u = np.flatnonzero(mask.sum(axis=0) >= _LEAST_ROWS)
-    if len(u) < _LEAST_COLUMNS:
+    u = np.flatnonzero(mask.sum(axis=0) >= LEAST_ROWS)
+    if len(u) < LEAST_COLUMNS:
         return None
     top = mask.argmax(axis=0)[u]
     bottom = mask.shape[0] - 1 - mask[::-1].argmax(axis=0)[u]
@@ -287,7 +216,7 @@ def _judge(region: Region, scene: _Scene) -> Hole | None:
     resumed = sorting.on_floor & (sorting.residual > -_RESUMED * sorting.allowed)
     rows = int(bottom.max() - top.min()) + 1
     # a worn rim is as wide as the hole is large
-    beyond = max(_EDGE_ROWS, rows // 2, rows // 4 + len(u) // 6)
+    beyond = max(EDGE_ROWS, rows // 2, rows // 4 + len(u) // 6)
     far_floor = _borders(resumed, u, top, -1, rows=beyond)
     if region.plain:  # the image's lower border may cut it
         near_floor |= bottom + region.top >= scene.shape[0] - MARGIN
@@ -297,7 +226,7 @@ def _judge(region: Region, scene: _Scene) -> Hole | None:
     far = scene.floor_points(region, u, np.maximum(top - 0.5, 0))
     span = np.hypot(far[0], far[1]) - np.hypot(near[0], near[1])
     pit = far_floor.mean() >= _BORDERED and quantile(span, 0.75) < _LONGEST
-    if not pit and not _falls_at_once(sorting, u, bottom):
+    if not (_stands_out(region) if pit else _falls_at_once(sorting, u, bottom)):
         return None
     return _measure(region, scene, (u, top, bottom), near, far, pit=bool(pit))
 
@@ -308,7 +237,7 @@ def _mirrors(region: Region, scene: _Scene, u: Index, top: Index) -> Bool:
     A shiny floor shows the picture of what stands on it upside down: below its foot, and no
     nearer than the foot itself.
     """
-    rows = np.clip(top[None, :] - np.arange(1, _MIRRORED + 1)[:, None], 0, None)
+    rows = np.clip(top[None, :] - np.arange(1, MIRRORED + 1)[:, None], 0, None)
     at = (rows + region.top) // scene.step, (u + region.left) // scene.step
     thing = scene.things[at[0], at[1][None, :]]
     first = thing.argmax(axis=0)
@@ -317,27 +246,43 @@ def _mirrors(region: Region, scene: _Scene, u: Index, top: Index) -> Bool:
     return foot
 
 
-def _borders(what: Bool, u: Index, v: Index, way: int, *, rows: int = _EDGE_ROWS) -> Bool:
+def _borders(what: Bool, u: Index, v: Index, way: int, *, rows: int = EDGE_ROWS) -> Bool:
     """Tell for each column whether `what` is found within some rows beyond row v."""
     searched = v[None, :] + way * np.arange(1, rows + 1)[:, None]
     at = np.clip(searched, 0, what.shape[0] - 1)
-    found: Bool = what[at, u[None, :]].sum(axis=0) >= _EDGE_ROWS // 3
+    found: Bool = what[at, u[None, :]].sum(axis=0) >= EDGE_ROWS // 3
     return found
+
+
+def _stands_out(region: Region) -> bool:
+    """Tell a pit from a gap between blades: it is deeper than the ground around it is rough.
+
+    The roughness is that of the lower half of what is around it, as things may stand there.
+    """
+    residual, mask = region.sorting.residual, region.mask.astype(np.uint8)
+    around = cv2.dilate(mask, _AROUND) > cv2.dilate(mask, CLOSING[:5, :5])
+    outer, inner = residual[around], residual[region.mask]
+    outer, inner = outer[np.isfinite(outer)], inner[np.isfinite(inner)]
+    if min(len(outer), len(inner)) < LEAST_PIXELS // 2:
+        return True
+    level = median(outer)
+    rough = _SIGMA * (level - quantile(outer, 0.25))
+    return level - median(inner) > _RELIEF * rough
 
 
 def _falls_at_once(sorting: Sorting, u: Index, bottom: Index) -> bool:
     """Tell a drop from ground that only slopes away: the disparity falls off at the lip."""
     at_lip = _fall(sorting, u, bottom, 2) > 2 * sorting.allowed[bottom, u]
     # lower ground stays as much lower, a descent goes on falling
-    behind = _fall(sorting, u, bottom, _EDGE_ROWS)
-    beyond = _fall(sorting, u, bottom, 3 * _EDGE_ROWS)
+    behind = _fall(sorting, u, bottom, EDGE_ROWS)
+    beyond = _fall(sorting, u, bottom, 3 * EDGE_ROWS)
     fell = at_lip & (behind > _AT_ONCE * beyond)
     return bool(fell.mean() > _BORDERED)
 
 
 def _fall(sorting: Sorting, u: Index, bottom: Index, first: int) -> Float64:
     """Return how far the disparity falls [px] in some rows from the `first` beyond the lip on."""
-    rows = np.clip(bottom[None, :] - np.arange(first, first + _EDGE_ROWS)[:, None], 0, None)
+    rows = np.clip(bottom[None, :] - np.arange(first, first + EDGE_ROWS)[:, None], 0, None)
     fall = np.nan_to_num(-sorting.residual[rows, u[None, :]])
     return np.asarray(np.median(fall, axis=0), dtype=np.float64)
 
@@ -396,9 +341,9 @@ def _measure(
         sigma_depth=math.hypot(
             (ground.height + depth) * ground.noise / level / math.sqrt(max(shown / 25, 1)),
             distance * ground.sigma_pitch,
-            _VAGUE * depth,  # where exactly the rim and the bottom are is a matter of definition
+            _SMOOTHED * depth,  # where exactly the rim and the bottom are is a matter of definition
         ),
-        confidence=1 - math.exp(-shown / (4 * _LEAST_PIXELS)),
+        confidence=1 - math.exp(-shown / (4 * LEAST_PIXELS)),
         box=_box(region, u, top, bottom),
         pixels=int(np.count_nonzero(region.mask)),
     )
@@ -451,7 +396,9 @@ def _steep(
     to_rim = np.minimum(np.abs(reach - near[columns]), np.abs(far[columns] - reach))
     closest = np.full(len(u), np.inf)
     np.minimum.at(closest, columns, to_rim)
-    return bool(np.median(closest) * math.tan(_STEEP) < 0.5 * depth)
+    # a matcher carries the floor into the hole: that is no slope
+    carried = scene.fringe * near * near / (scene.view.projection.fy * scene.ground.height)
+    return bool(np.median(closest - carried) * math.tan(_STEEP) < 0.5 * depth)
 
 
 def _depth(region: Region, ground: Ground, *, pit: bool) -> tuple[float, int]:
@@ -460,7 +407,7 @@ def _depth(region: Region, ground: Ground, *, pit: bool) -> tuple[float, int]:
     level = region.sorting.floor[region.mask].astype(np.float64)
     seen = d > 0  # NaN compares false
     shown = int(np.count_nonzero(seen))
-    if shown < _LEAST_PIXELS // 2:
+    if shown < LEAST_PIXELS // 2:
         return 0.0, 0
     d, level = d[seen], level[seen]
     if not pit:  # far ground beyond a drop is noisier, and no measure of its lip

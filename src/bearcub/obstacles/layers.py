@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bearcub.messages import Int32, Painting, Pixel, UInt8
-from bearcub.obstacles.holes import Region
+from bearcub.obstacles.regions import Region
 from bearcub.obstacles.segment import Segments
 from bearcub.obstacles.sorting import Sorter, Sorting
 

@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 
 from bearcub.messages import Bool, DisparityMap, Float32, UInt8
 from bearcub.obstacles.sorting import Sorter, Sorting
+from bearcub.robust import median
 
-_WINDOW = (11, 11)  # the brightness of a neighbourhood is no evidence: the cameras may differ in it
+AROUND = (11, 11)  # the brightness of a neighbourhood is no evidence: the cameras may differ in it
+ALONG = (11, 1)  # ... of a row alone: what is above and below may be of another surface
 _NARROW = (3, 9)  # window at a thing's side: its columns decide where the side is
 _FRINGE = 0.5  # share of a narrow window's texture on which the images may disagree
 _WIDEST_FRINGE = 10  # [px]
@@ -25,6 +27,8 @@ _GROWS = 1.5  # how many times larger
 _SAMPLES = 1500
 _PATCH = 9.0  # neighbouring pixels that witness together
 _LARGEST = 40.0  # difference that says all there is to say [grey levels]
+_SHARES = (0.5, 1.0, 1.5)  # of a shift of many pixels that is tried: their median is no mean
+_TOGETHER = 3.0  # neighbouring pixels whose noise is one, where they share one shift
 
 Index = NDArray[np.int64]
 
@@ -90,7 +94,14 @@ class Witness:
         return left_bad, right_bad
 
     def supports(
-        self, u: Index, v: Index, claimed: Float32, floor: Float32, *, sure: float
+        self,
+        u: Index,
+        v: Index,
+        claimed: Float32,
+        floor: Float32,
+        *,
+        sure: float,
+        window: tuple[int, int] = AROUND,
     ) -> bool:
         """Tell whether the images speak for the claimed disparities against the floor's.
 
@@ -102,25 +113,69 @@ class Witness:
             Raw disparities (without the rig's `doffs`) [px]; NaN in `claimed` is left out.
         sure : float
             Standard errors by which the claim must explain the images better than the floor.
+        window : tuple of int
+            Columns and rows of the neighbourhood whose brightness is taken off.
         """
         known = np.isfinite(claimed)
         u, v, claimed, floor = u[known], v[known], claimed[known], floor[known]
         if len(u) == 0:
             return False
-        margin = _WINDOW[0] // 2
+        margin = window[1] // 2
         first = max(0, int(v.min()) - margin)
         rows = slice(first, int(v.max()) + margin + 1)
-        right = _flattened(self.right[rows])
-        here = _flattened(self.left[rows])[v - first, u]
+        right = _flattened(self.right[rows], window)
+        here = _flattened(self.left[rows], window)[v - first, u]
         off = _squared(here - _between(right, u - claimed, v - first))
         on = _squared(here - _between(right, u - floor, v - first))
         gain = on - off
         independent = len(u) / _PATCH
         return bool(gain.mean() * math.sqrt(independent) > sure * gain.std())
 
+    def shifted(self, u: Index, v: Index, floor: Float32, shift: float) -> float:
+        """Return by how many sigmas the images speak for one shift of all pixels off the floor.
+
+        Matchers lock to strong edges, and noise moves their disparities by chance, each pixel's
+        its own way. One shift of many pixels has no such freedom: where it explains the
+        images better than the floor does, by the noise that it leaves itself, the pixels do lie
+        off the floor (the root of a likelihood ratio). Of a difference of brightness between
+        the cameras nothing is left when the median difference of all pixels is taken off.
+
+        Parameters
+        ----------
+        u, v : ndarray of int64, shape (N,)
+            Columns and rows of the pixels.
+        floor : ndarray of float32, shape (N,)
+            Raw disparity of the floor there [px].
+        shift : float
+            Off the floor's disparity, about [px].
+        """
+        count = len(u)
+        if count == 0:
+            return 0.0
+        step = max(1, count // _SAMPLES)
+        u, v, floor = u[::step], v[::step], floor[::step]
+        first = int(v.min())
+        right = self.right[first : int(v.max()) + 1].astype(np.float32)
+        here = self.left[v, u].astype(np.float32)
+
+        def misfit(share: float) -> float:
+            difference = here - _between(right, u - floor - np.float32(share * shift), v - first)
+            return float(_squared(difference - np.float32(median(difference))).mean())
+
+        least = min(misfit(share) for share in _SHARES)
+        gain = misfit(0.0) / max(least, 1e-6) - 1
+        return math.sqrt(max(gain, 0.0) * count / _TOGETHER)
+
 
 def confirmed(
-    witness: Witness | None, sorter: Sorter, u: Index, v: Index, *, offset: float, sure: float
+    witness: Witness | None,
+    sorter: Sorter,
+    u: Index,
+    v: Index,
+    *,
+    offset: float,
+    sure: float,
+    window: tuple[int, int] = AROUND,
 ) -> bool:
     """Ask the images whether pixels' disparities explain them better than the floor's.
 
@@ -136,6 +191,8 @@ def confirmed(
         In the disparities, not in the images [px].
     sure : float
         Standard errors by which they must.
+    window : tuple of int
+        Columns and rows of the neighbourhood whose brightness is taken off.
     """
     if witness is None:
         return True
@@ -143,7 +200,8 @@ def confirmed(
     u, v = u[::step], v[::step]
     shift = np.float32(offset)
     floor = np.maximum(sorter.surface.at(u, v), 0)
-    return witness.supports(u, v, sorter.disparity[v, u] - shift, floor - shift, sure=sure)
+    claimed = sorter.disparity[v, u] - shift
+    return witness.supports(u, v, claimed, floor - shift, sure=sure, window=window)
 
 
 def _squared(difference: Float32) -> Float32:
@@ -164,7 +222,7 @@ def _gradient(image: Float32) -> Float32:
     return np.asarray(cv2.Sobel(image, cv2.CV_32F, 1, 0, ksize=1), dtype=np.float32)
 
 
-def _flattened(image: UInt8) -> Float32:
+def _flattened(image: UInt8, window: tuple[int, int]) -> Float32:
     flat: Float32 = image.astype(np.float32)
-    flat -= cv2.blur(flat, _WINDOW)
+    flat -= cv2.blur(flat, window)
     return flat

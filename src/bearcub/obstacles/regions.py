@@ -1,0 +1,149 @@
+"""Regions of the image that look through the floor, grown from their pixels to the rim."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from bearcub.messages import Bool
+from bearcub.obstacles.sorting import Sorter, Sorting
+from bearcub.robust import quantile
+
+LEAST_PIXELS = 60
+_PLAIN = 3.0  # times the tolerance that a tenth of a hole's pixels lie below the floor ...
+_PLAIN_PIXELS = 500  # ... and how many there must be, that the images are asked of all together
+LEAST_COLUMNS = 8
+LEAST_ROWS = 3
+_RIM = 0.2  # share of a pit's depth at which its rim is taken
+_RIM_SIGMAS = 1.5  # ... but no closer to the floor than this many sigmas of noise
+EDGE_ROWS = 6  # rows searched beyond a rim for what borders it
+MIRRORED = 24  # rows in which the foot of a mirrored thing may hide in the tolerance
+_STRAND = 11  # [px] noise that a matcher draws out of a region is no wider
+CLOSING = np.ones((7, 7), dtype=np.uint8)
+
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Region:
+    """A connected part of the image that looks through the floor.
+
+    Attributes
+    ----------
+    mask : ndarray of bool, shape (H, W)
+        In a window of the image.
+    sorting : Sorting
+        Of that window.
+    plain : bool
+        It lies so much below the floor as no wrong match does.
+    """
+
+    mask: Bool
+    sorting: Sorting
+    plain: bool
+
+    @property
+    def top(self) -> int:
+        """First row of the window [px]."""
+        return int(self.sorting.v[0])
+
+    @property
+    def left(self) -> int:
+        """First column of the window [px]."""
+        return int(self.sorting.u[0])
+
+    def pixels(self) -> tuple[Index, Index]:
+        """Return the columns and rows of its pixels in the window."""
+        v, u = np.divmod(np.flatnonzero(self.mask), self.mask.shape[1])
+        return u, v
+
+    def overlaps(self, other: "Region") -> bool:
+        """Tell whether two regions share a pixel."""
+        v, u = self.sorting.v, self.sorting.u
+        rows, columns = np.isin(v, other.sorting.v), np.isin(u, other.sorting.u)
+        if not (rows.any() and columns.any()):
+            return False
+        top, left = int(v[rows][0]) - other.top, int(u[columns][0]) - other.left
+        mine = self.mask[np.ix_(rows, columns)]
+        shared: Bool = other.mask[top : top + mine.shape[0], left : left + mine.shape[1]] & mine
+        return bool(shared.any())
+
+    def inside(self) -> tuple[Index, Index]:
+        """Return columns and rows in the window of its matched pixels, but for the outermost."""
+        inner = cv2.erode(
+            self.mask.astype(np.uint8), CLOSING[:3, :3], borderType=cv2.BORDER_REPLICATE
+        )
+        inner[np.isnan(self.sorting.residual)] = 0
+        v, u = np.divmod(np.flatnonzero(inner), self.mask.shape[1])
+        return u, v
+
+
+def regions_below(below: Bool, sorter: Sorter, step: int) -> Iterator[Region]:
+    """Yield connected regions grown from `below`, a grid, to the rim."""
+    height, width = sorter.disparity.shape
+    side = {1: 7, 2: 5}.get(step, 3)
+    closed = cv2.morphologyEx(below.view(np.uint8), cv2.MORPH_CLOSE, CLOSING[:side, :side])
+    _, parts = cv2.connectedComponents(closed, connectivity=8, ltype=cv2.CV_16U)
+    index = np.flatnonzero(parts)
+    numbers = parts.ravel()[index]
+    areas = step**2 * np.bincount(numbers)
+    for number in np.flatnonzero(areas >= LEAST_PIXELS):
+        area = int(areas[number])
+        v, u = np.divmod(index[numbers == number], parts.shape[1])
+        left, top = step * int(u.min()), step * int(v[0])
+        wide, high = step * (int(u.max()) + 1) - left, step * (int(v[-1]) + 1) - top
+        if wide < LEAST_COLUMNS or high < LEAST_ROWS:
+            continue
+        margin = max(8, wide // 3, high // 2)
+        first, last = max(0, top - margin), min(height, top + high + margin)
+        # beyond what the region may grow to, rows that tell what borders it
+        above, under = max(MIRRORED, (last - first) // 4) + 1, EDGE_ROWS + 1
+        part = sorter.part(
+            slice(max(0, first - above), min(height, last + under)),
+            slice(max(0, left - margin), min(width, left + wide + margin)),
+        )
+        seed = parts[np.ix_(part.v // step, part.u // step)] == number
+        strong = seed & part.below
+        if np.count_nonzero(strong) < 0.3 * area:
+            continue
+        depth = -quantile(part.residual[strong], 0.1)
+        rim = np.maximum(_RIM * depth, _RIM_SIGMAS * sorter.noise_of(part))
+        weak = part.residual < -rim
+        weak |= _small_gaps(np.isnan(part.residual), largest=area)
+        weak[: first - int(part.v[0])] = False
+        weak[last - int(part.v[0]) :] = False
+        mask = _grown(seed, weak)
+        yield Region(mask=mask, sorting=part, plain=_plain(mask, part))
+
+
+def _plain(mask: Bool, part: Sorting) -> bool:
+    """Tell what lies so much below the floor that no wrong match does."""
+    fall = -part.residual[mask] / part.allowed[mask]
+    fall = fall[np.isfinite(fall)]
+    return len(fall) > _PLAIN_PIXELS and quantile(fall, 0.9) > _PLAIN
+
+
+def _small_gaps(unmatched: Bool, *, largest: int) -> Bool:
+    """Return the unmatched patches no larger than the hole itself: shade and hidden sides."""
+    _, parts, stats, _ = cv2.connectedComponentsWithStats(
+        unmatched.astype(np.uint8), connectivity=8
+    )
+    small = stats[:, cv2.CC_STAT_AREA] <= largest
+    small[0] = False
+    gaps: Bool = small[parts]
+    return gaps
+
+
+def _grown(seed: Bool, weak: Bool) -> Bool:
+    """Return the part of `weak` (closed) that touches the seed, with the seed."""
+    either = cv2.morphologyEx((weak | seed).astype(np.uint8), cv2.MORPH_CLOSE, CLOSING[:5, :5])
+    wide = int(np.ptp(np.flatnonzero(seed.any(axis=0)))) + 1
+    strand = np.ones((1, min(_STRAND, max(1, wide // 3))), dtype=np.uint8)
+    either = cv2.morphologyEx(either, cv2.MORPH_OPEN, strand)
+    _, parts = cv2.connectedComponents(either, connectivity=4)
+    wanted = np.bincount(parts[seed], minlength=parts.max() + 1)
+    wanted[0] = 0
+    grown: Bool = parts == int(np.argmax(wanted))
+    return grown
