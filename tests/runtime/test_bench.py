@@ -46,3 +46,11 @@ def test_summary_is_median_tail_and_share_of_the_frame() -> None:
     assert summary["p99"] == pytest.approx(99.01)
     assert summary["max"] == 100.0
     assert summary["share"] == pytest.approx(0.7575)  # of 1000 / 15 ms
+
+
+def test_something_else_has_its_turn_after_every_tenth_frame() -> None:
+    turns: list[int] = []
+    stage = ClassicPipeline(RIG, clock=ManualClock())
+    snapshot = Snapshot(disparity=wall_disparity(RIG))
+    measure(stage, snapshot, frames=16, between=lambda: turns.append(1))
+    assert len(turns) == 3  # of 21 frames, those that warm up included

@@ -15,6 +15,7 @@ from bearcub.runtime.bench_matchers import (
     Match,
     Pair,
     Score,
+    Yardstick,
     contenders,
     mean,
     pairs_in,
@@ -92,3 +93,17 @@ def test_pairs_are_found_in_the_layouts_of_middlebury(tmp_path: Path) -> None:
     assert [(pair.left[0, 0], pair.right[0, 0]) for pair in pairs] == [(48, 49), (50, 54)]
     with pytest.raises(InputError, match=r"holds no pair with truth; expected im0\.png"):
         pairs_in(tmp_path / "c")
+
+
+def test_yardstick_is_the_median_of_what_the_sample_took() -> None:
+    class Ticking(ManualClock):
+        steps = iter([0, 0, 0, 0.005, 0, 0, 0, 0.009, 0, 0, 0, 0.006])
+
+        def now_ns(self) -> int:
+            self.advance(next(self.steps))
+            return super().now_ns()
+
+    yardstick = Yardstick(width=160, height=120, clock=Ticking())
+    for _ in range(3):
+        yardstick()
+    assert yardstick.p50 == pytest.approx(6.0)

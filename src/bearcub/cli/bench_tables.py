@@ -1,5 +1,6 @@
 """What the benchmarks print alike: where they ran, and a table of milliseconds."""
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -8,6 +9,7 @@ from rich.table import Table
 
 from bearcub.cli.report import print_trimmed, terminal
 from bearcub.runtime.bench import FRAME_BUDGET_MS, machine
+from bearcub.runtime.bench_matchers import REFERENCE
 
 Summary = Mapping[str, Mapping[str, float]]
 """Of every stage p50, p99 and max [ms], and the median's share of a frame's time."""
@@ -42,7 +44,7 @@ def print_under(heading: str, *parts: RenderableType) -> None:
     )
 
 
-def stage_table(results: Mapping[str, Summary], *, last: str) -> Table:
+def stage_table(results: Mapping[str, Summary], *, last: str, yardstick: float = math.nan) -> Table:
     """Return the milliseconds of every stage of every case.
 
     Parameters
@@ -51,8 +53,12 @@ def stage_table(results: Mapping[str, Summary], *, last: str) -> Table:
         A summary for every case.
     last : str
         The stage that sums the others up.
+    yardstick : float
+        What OpenCV's matcher took in the same run [ms], to compare every median with.
     """
-    titles = ("p50 [ms]", "p99 [ms]", "max [ms]", f"of {FRAME_BUDGET_MS:.1f} ms")
+    titles = ["p50 [ms]", "p99 [ms]", "max [ms]", f"of {FRAME_BUDGET_MS:.1f} ms"]
+    compared = not math.isnan(yardstick)
+    titles += [f"of {REFERENCE}"] * compared
     table = empty_table(("Case", "Stage"), titles)
     for name, stages in results.items():
         for stage, spent in stages.items():
@@ -61,6 +67,7 @@ def stage_table(results: Mapping[str, Summary], *, last: str) -> Table:
                 stage,
                 *(f"{spent[key]:.2f}" for key in ("p50", "p99", "max")),
                 f"{100 * spent['share']:.1f} %",
+                *([f"{spent['p50'] / yardstick:.3f}"] * compared),
                 style="bold" if stage == last else "",
             )
     return table

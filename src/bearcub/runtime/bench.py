@@ -2,7 +2,7 @@
 
 import contextlib
 import platform
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -30,6 +30,7 @@ STAGES = tuple(item.name for item in fields(Timing))
 WARM_UP = 5
 """Frames that are not counted: caches fill, buffers are allocated."""
 
+_TURN = 10  # frames after which something else has its turn
 _WALL = 2.0  # distance of the wall [m]
 _NOISE = 0.2  # 1-sigma of its disparity [px]
 _STEPS = 16.0  # a pixel, as matchers give
@@ -132,7 +133,12 @@ def wall_disparity(rig: Rig, *, distance: float = _WALL, seed: int = 0) -> Float
 
 
 def measure(
-    stage: Stage, snapshot: Snapshot, *, frames: int, threads: int = 1
+    stage: Stage,
+    snapshot: Snapshot,
+    *,
+    frames: int,
+    threads: int = 1,
+    between: Callable[[], object] = lambda: None,
 ) -> dict[str, Float64]:
     """Process a snapshot `frames` times, after a warm-up.
 
@@ -143,14 +149,21 @@ def measure(
     frames : int
     threads : int
         Of OpenCV; the stage's own are its configuration's.
+    between : callable
+        Called after every tenth frame.
 
     Returns
     -------
     dict of str to ndarray of float64, shape (frames,)
         Milliseconds of every stage.
     """
+    timings = []
     with on_threads(threads):
-        timings = [stage.process(snapshot).timing for _ in range(WARM_UP + frames)][WARM_UP:]
+        for number in range(WARM_UP + frames):
+            timings.append(stage.process(snapshot).timing)
+            if number % _TURN == 0:
+                between()
+    timings = timings[WARM_UP:]
     return {name: np.array([getattr(timing, name) for timing in timings]) for name in STAGES}
 
 

@@ -13,12 +13,14 @@ from typing import Any
 import cv2
 import numpy as np
 
+from bearcub import sample
 from bearcub.clock import Clock
 from bearcub.devices.images import read_image
 from bearcub.errors import InputError
 from bearcub.messages import Float32, Float64, UInt8
+from bearcub.runtime.bench import on_threads
 from bearcub.stereo import read_disparity
-from bearcub.stereo.images import grey
+from bearcub.stereo.images import grey, shrunk
 from bearcub.stereo.matchers import SearchRange
 from bearcub.stereo.native import MOST_DISPARITIES, NativeMatcher, reason_missing
 
@@ -158,6 +160,45 @@ def _in_pixels(core: Any) -> Match:
         return np.where(found < 0, np.float32(np.nan), found)
 
     return match
+
+
+class Yardstick:
+    """What this core is worth at the moment: how long `REFERENCE` takes on the sample.
+
+    Parameters
+    ----------
+    width, height : int
+        Of the images [px], of the sample's aspect.
+    clock : Clock
+
+    Attributes
+    ----------
+    count : int
+        Of disparities that are searched.
+    """
+
+    def __init__(self, *, width: int, height: int, clock: Clock) -> None:
+        found = sample.load()
+        self._pair = tuple(
+            grey(shrunk(read_image(path), width=width, height=height))
+            for path in (found.left, found.right)
+        )
+        self.count = disparities_for(width)
+        self._match = {REFERENCE: sgbm(self.count)}
+        self._clock = clock
+        self._spent: list[float] = []
+
+    def __call__(self) -> None:
+        """Match the pair once, on one thread."""
+        left, right = self._pair
+        with on_threads(1):
+            times = take_turns(self._match, (left, right), rounds=1, clock=self._clock)
+        self._spent.append(float(times[REFERENCE][0]))
+
+    @property
+    def p50(self) -> float:
+        """The median so far [ms]."""
+        return float(np.median(self._spent))
 
 
 def take_turns(
