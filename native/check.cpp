@@ -5,6 +5,7 @@
 #include <cstring>
 #include <vector>
 
+#include "src/levels.h"
 #include "src/matcher.h"
 #include "src/refiner.h"
 
@@ -41,21 +42,24 @@ std::vector<uint8_t> noise(const Shape& shape, bool right) {
     return image;
 }
 
-uint64_t answer(const Case& given, const char* level) {
+uint64_t answer(const Case& given, const Level& level) {
     const Shape& shape = given.shape;
     const std::vector<uint8_t> left = noise(shape, false), right = noise(shape, true);
     const std::ptrdiff_t stride = static_cast<std::ptrdiff_t>(left.size()) / shape.height;
     const std::size_t size = static_cast<std::size_t>(shape.height) * shape.width;
     std::vector<float> disparity(size), refined(size);
     std::vector<uint8_t> confidence(size);
-    Matcher matcher(shape, {12, 60, 20, 4, 10, 2, 0.5f, 20, 2.0f}, given.threads, *kernels(level));
+    Matcher matcher(shape, {12, 60, 20, 4, 10, 2, 0.5f, 20, 2.0f}, given.threads, *level.match);
     matcher.match({left.data(), stride}, {right.data(), stride}, disparity.data(),
                   confidence.data());
-    Refiner refiner(shape.height, shape.width, given.threads, *refine_kernels(level));
+    Refiner refiner(shape.height, shape.width, given.threads, *level.refine);
     refiner.refine({left.data(), stride}, {right.data(), stride}, disparity.data(), refined.data());
-    for (float& d : disparity) d = d == d ? d : -9999.0f;  // the bits of a NaN may differ
-    for (float& d : refined) d = d == d ? d : -9999.0f;
-    return checksum(refined, checksum(disparity, checksum(confidence)));
+    uint64_t sum = checksum(confidence);
+    for (std::vector<float>* map : {&disparity, &refined}) {
+        for (float& d : *map) d = d == d ? d : -9999.0f;  // the bits of a NaN may differ
+        sum = checksum(*map, sum);
+    }
+    return sum;
 }
 
 }  // namespace
@@ -65,9 +69,8 @@ int main() {
         {{1, 1, 0, 16, 8}, 1},     {{7, 33, -5, 48, 8}, 1},     {{90, 70, 3, 96, 8}, 2},
         {{350, 130, 0, 64, 16}, 3}, {{40, 50, -100, 256, 8}, 1}, {{170, 641, 0, 128, 8}, 4},
     };
-    for (const char* level : {"avx512", "avx2", "sse41", "neon"}) {
-        if (kernels(level) == nullptr) continue;
-        std::printf("%-7s", level);
+    for (const Level& level : levels()) {
+        std::printf("%-7s", level.name);
         for (const Case& given : cases) {
             std::printf(" %016llx", static_cast<unsigned long long>(answer(given, level)));
         }

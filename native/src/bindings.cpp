@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "levels.h"
 #include "matcher.h"
 #include "refiner.h"
 
@@ -24,21 +25,17 @@ using Map = nb::ndarray<T, nb::ndim<2>, nb::device::cpu>;
 template <class T>
 using Contiguous = nb::ndarray<T, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
-template <class Table>
-const Table& named(const Table* (*find)(const char*), const std::optional<std::string>& level) {
-    const Table* found = find(level ? level->c_str() : nullptr);
-    if (found == nullptr) {
-        throw std::invalid_argument(level ? "this machine does not run " + *level
-                                          : std::string("this machine runs no level"));
+// By itself the best.
+Level level_of(const std::optional<std::string>& name) {
+    for (const Level& level : levels()) {
+        if (!name || *name == level.name) return level;
     }
-    return *found;
+    throw std::invalid_argument("this machine does not run " + name.value_or("any level"));
 }
 
-std::vector<std::string> levels() {
+std::vector<std::string> names() {
     std::vector<std::string> found;
-    for (const char* level : {"avx512", "avx2", "sse41", "neon"}) {
-        if (kernels(level) != nullptr) found.emplace_back(level);
-    }
+    for (const Level& level : levels()) found.emplace_back(level.name);
     return found;
 }
 
@@ -90,7 +87,7 @@ void refine(Refiner& refiner, const Map<const uint8_t>& left, const Map<const ui
 
 NB_MODULE(_native, m) {
     m.doc() = "Kernels of the stereo stage, compiled.";
-    m.def("levels", &levels, "Instruction sets that this machine runs, the best first.");
+    m.def("levels", &names, "Instruction sets that this machine runs, the best first.");
     nb::class_<Matcher>(m, "Matcher", "Semi-global matching of pairs of one shape.")
         .def(
             "__init__",
@@ -103,7 +100,7 @@ NB_MODULE(_native, m) {
                                     byte(edge_discount), uniqueness, left_right, texture,
                                     speckle_area, speckle_step};
                 new (self) Matcher({height, width, smallest, disparities, bits}, tuning, threads,
-                                   named(kernels, level));
+                                   *level_of(level).match);
             },
             nb::kw_only(), "height"_a, "width"_a, "smallest"_a, "disparities"_a, "bits"_a,
             "small_step"_a, "large_step"_a, "least_step"_a, "edge_discount"_a, "uniqueness"_a,
@@ -117,11 +114,10 @@ NB_MODULE(_native, m) {
             "__init__",
             [](Refiner* self, int height, int width, int threads,
                const std::optional<std::string>& level) {
-                new (self) Refiner(height, width, threads, named(refine_kernels, level));
+                new (self) Refiner(height, width, threads, *level_of(level).refine);
             },
             nb::kw_only(), "height"_a, "width"_a, "threads"_a, "level"_a.none())
-        .def("refine", &refine, "left"_a, "right"_a, "disparity"_a, "refined"_a)
-        .def_prop_ro("bytes", &Refiner::bytes, "Working memory [bytes].");
+        .def("refine", &refine, "left"_a, "right"_a, "disparity"_a, "refined"_a);
 }
 
 }  // namespace bearcub

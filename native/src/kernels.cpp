@@ -13,20 +13,12 @@
 //          IEEE TPAMI 34(11), 2012: the peak ratio.
 #include "kernels.h"
 
+#include <type_traits>
+
 #include "simd.h"
 
 namespace bearcub::BEARCUB_LEVEL {
 namespace {
-
-template <class T>
-BEARCUB_INLINE T larger(T a, T b) {
-    return a > b ? a : b;
-}
-
-template <class T>
-BEARCUB_INLINE T smaller(T a, T b) {
-    return a < b ? a : b;
-}
 
 // ---- Preparing rows
 
@@ -137,24 +129,17 @@ struct Interior {
 
 Interior interior(const Block& block) {
     if (block.lanes != block.disparities) return {0, 0};
-    const auto clamped = [&](int x) { return smaller(larger(x, 0), block.width); };
-    const int first = clamped(block.smallest + block.lanes - 1);
-    return {first, larger(first, clamped(block.width + block.smallest))};
+    const int first = clamped(block.smallest + block.lanes - 1, 0, block.width);
+    return {first, larger(first, clamped(block.width + block.smallest, 0, block.width))};
 }
 
-struct Edge {
-    static constexpr bool value = true;
-};
-struct Inside {
-    static constexpr bool value = false;
-};
-
+// Call column(x, edge) for all, edge being a type that says whether x is outside that range.
 template <class Column>
 BEARCUB_INLINE void left_to_right(const Block& block, Column&& column) {
     const Interior inside = interior(block);
-    for (int x = 0; x < inside.first; ++x) column(x, Edge{});
-    for (int x = inside.first; x < inside.last; ++x) column(x, Inside{});
-    for (int x = inside.last; x < block.width; ++x) column(x, Edge{});
+    for (int x = 0; x < inside.first; ++x) column(x, std::true_type{});
+    for (int x = inside.first; x < inside.last; ++x) column(x, std::false_type{});
+    for (int x = inside.last; x < block.width; ++x) column(x, std::true_type{});
 }
 
 template <int N>
@@ -388,7 +373,8 @@ void take_row(const Block& block, int row, int16_t* __restrict steps,
 // The row's answers less those where the image has no gradient along the row to be matched by.
 void without_texture(Window<uint8_t> rows, int width, float least, int16_t* steps) {
     constexpr int half = 4, columns = 2 * half + 1;
-    const auto change = [&](int x) {
+    const auto change = [&](int column) {
+        const int x = clamped(column, 0, width - 1);
         int sum = 0;
         for (const uint8_t* row : rows) {
             const int slope = row[x + 1] - row[x - 1];
@@ -396,11 +382,10 @@ void without_texture(Window<uint8_t> rows, int width, float least, int16_t* step
         }
         return sum;
     };
-    const auto clamped = [&](int x) { return smaller(larger(x, 0), width - 1); };
     int sum = 0;
-    for (int x = -half - 1; x < half; ++x) sum += change(clamped(x));
+    for (int x = -half - 1; x < half; ++x) sum += change(x);
     for (int x = 0; x < width; ++x) {
-        sum += change(clamped(x + half)) - change(clamped(x - half - 1));
+        sum += change(x + half) - change(x - half - 1);
         const float mean = static_cast<float>(sum) / (2.0f * columns * (2 * kReach + 1));
         if (mean < least) steps[x] = kNone;
     }
@@ -487,51 +472,52 @@ void quell(const float* __restrict disparity, int width, uint8_t* __restrict con
 
 // ---- One instance per number of vectors that a pixel's disparities fill
 
-template <template <int> class Kernel, class... Rest>
-void instance(const Block& block, Rest... rest) {
+template <int N>
+using Vectors = std::integral_constant<int, N>;
+
+template <class Kernel>
+void instance(const Block& block, Kernel&& kernel) {
     switch (block.lanes / Bytes::lanes) {
-        case 1: return Kernel<1>::run(block, rest...);
-        case 2: return Kernel<2>::run(block, rest...);
-        case 3: return Kernel<3>::run(block, rest...);
-        case 4: return Kernel<4>::run(block, rest...);
+        case 1: return kernel(Vectors<1>{});
+        case 2: return kernel(Vectors<2>{});
+        case 3: return kernel(Vectors<3>{});
+        case 4: return kernel(Vectors<4>{});
 #if !defined(__AVX512VBMI__)
-        case 6: return Kernel<6>::run(block, rest...);
-        case 8: return Kernel<8>::run(block, rest...);
+        case 6: return kernel(Vectors<6>{});
+        case 8: return kernel(Vectors<8>{});
 #if !defined(__AVX2__)
-        case 12: return Kernel<12>::run(block, rest...);
-        case 16: return Kernel<16>::run(block, rest...);
+        case 12: return kernel(Vectors<12>{});
+        case 16: return kernel(Vectors<16>{});
 #endif
 #endif
     }
 }
 
-template <int N>
-struct WarmUp {
-    static void run(const Block& block, int rows) { warm_up<N>(block, rows); }
-};
-template <int N>
-struct Forward {
-    static void run(const Block& block) { forward<N>(block); }
-};
-template <int N>
-struct Backward {
-    static void run(const Block& block) { backward<N>(block); }
-};
+void warm_up_any(const Block& block, int rows) {
+    instance(block, [&](auto n) { warm_up<n.value>(block, rows); });
+}
+
+void forward_any(const Block& block) {
+    instance(block, [&](auto n) { forward<n.value>(block); });
+}
+
+void backward_any(const Block& block) {
+    instance(block, [&](auto n) { backward<n.value>(block); });
+}
 
 }  // namespace
 
-extern const Kernels table;
-const Kernels table = {
-    BEARCUB_TEXT(BEARCUB_LEVEL),
+extern const Kernels kernels;
+const Kernels kernels = {
     Bytes::lanes,
     census<uint8_t>,
     census<uint16_t>,
     penalties,
     four_times,
     reversed,
-    instance<WarmUp, int>,
-    instance<Forward>,
-    instance<Backward>,
+    warm_up_any,
+    forward_any,
+    backward_any,
     decide,
     take_row,
     without_texture,

@@ -68,8 +68,7 @@ template <class Pixel>
 using Window = const Pixel* const (&)[2 * kReach + 1];
 
 struct Kernels {
-    const char* level;
-    int lanes;
+    int lanes;  // bytes of a vector
     void (*census8)(Window<uint8_t> rows, int width, uint8_t* const* planes);
     void (*census16)(Window<uint16_t> rows, int width, uint8_t* const* planes);
     void (*penalties)(const Tuning&, const uint8_t* here, const uint8_t* there, int width,
@@ -91,8 +90,5 @@ struct Kernels {
     void (*to_pixels)(const int16_t* steps, int width, int smallest, float* disparity);
     void (*quell)(const float* disparity, int width, uint8_t* confidence);
 };
-
-// The best that this machine runs, or the one of this name; null where there is no such.
-const Kernels* kernels(const char* level = nullptr);
 
 }  // namespace bearcub

@@ -36,10 +36,10 @@ Matcher::Matcher(const Shape& shape, const Tuning& tuning, int threads, const Ke
       kernels_(kernels),
       stripes_(stripes_of(shape.height)),
       pitch_(rounded_up(shape.width + 2 * kMargin, 32)),
-      speckle_step_(static_cast<int>(tuning.speckle_step * kSteps)),
       raw_(shape.height * pitch_),
       filtered_(shape.height * pitch_),
-      speckles_(shape.height, shape.width),
+      speckles_(kernels, shape.height, shape.width,
+                static_cast<int>(tuning.speckle_step * kSteps), tuning.speckle_area),
       pool_(std::min(threads, stripes_)) {
     for (int i = 0; i < pool_.threads(); ++i) {
         workers_.push_back(
@@ -95,21 +95,20 @@ void Matcher::filter_stripe(int stripe, Worker& worker) {
         kernels_.median(raw(std::max(row - 1, 0)), raw(row),
                         raw(std::min(row + 1, shape_.height - 1)), shape_.width, filtered(row));
         if (tuning_.speckle_area <= 0) continue;
-        speckles_.find_runs(kernels_, row, filtered(row), speckle_step_, worker.links.data());
+        speckles_.find_runs(row, filtered(row), worker.links.data());
         if (row > first) connect(row, worker);
     }
 }
 
 void Matcher::connect(int row, Worker& worker) {
     if (tuning_.speckle_area <= 0) return;
-    speckles_.connect(kernels_, row, filtered(row), filtered(row - 1), speckle_step_,
-                      worker.links.data());
+    speckles_.connect(row, filtered(row), filtered(row - 1), worker.links.data());
 }
 
 void Matcher::finish_stripe(int stripe) {
     for (int row = first_row(stripe); row < first_row(stripe + 1); ++row) {
         int16_t* steps = filtered(row);
-        if (tuning_.speckle_area > 0) speckles_.erase(row, tuning_.speckle_area, steps);
+        if (tuning_.speckle_area > 0) speckles_.erase(row, steps);
         float* disparity = disparity_ + static_cast<std::ptrdiff_t>(row) * shape_.width;
         kernels_.to_pixels(steps, shape_.width, shape_.smallest, disparity);
         if (confidence_ != nullptr) kernels_.quell(disparity, shape_.width, confidence(row));

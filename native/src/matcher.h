@@ -51,7 +51,6 @@ private:
     const Kernels& kernels_;
     const int stripes_;
     const std::ptrdiff_t pitch_;  // of a row of steps
-    const int speckle_step_;
     Buffer<int16_t> raw_, filtered_;
     Speckles speckles_;
     std::vector<std::unique_ptr<Worker>> workers_;

@@ -14,11 +14,6 @@ namespace {
 constexpr float kFarthest = 0.5f;  // largest correction of a step [px]
 constexpr float kNoise = 0.5f;     // gradient energy that noise alone has [grey levels squared]
 
-BEARCUB_INLINE float clamped(float x, float low, float high) {
-    x = x < low ? low : x;
-    return x > high ? high : x;
-}
-
 BEARCUB_INLINE bool finite(float x) { return x - x == 0.0f; }
 
 void matched(const uint8_t* __restrict right, const float* __restrict disparity, int width,
@@ -102,9 +97,7 @@ void bounded(const float* __restrict before, const float* __restrict found, int 
 
 }  // namespace
 
-extern const RefineKernels refine_table;
-const RefineKernels refine_table = {
-    BEARCUB_TEXT(BEARCUB_LEVEL), matched, differences, sums, products, moved, bounded,
-};
+extern const RefineKernels refine_kernels;
+const RefineKernels refine_kernels = {matched, differences, sums, products, moved, bounded};
 
 }  // namespace bearcub::BEARCUB_LEVEL

@@ -13,7 +13,6 @@ using NineRows = const T* const (&)[kWindow];
 
 // Rows can be read and written kHalfWindow columns beyond either end where that is said.
 struct RefineKernels {
-    const char* level;
     // What the right row shows at the match of every left pixel; `scratch` holds a word a column.
     void (*matched)(const uint8_t* right, const float* disparity, int width, uint32_t* scratch,
                     float* grey);
@@ -33,7 +32,5 @@ struct RefineKernels {
     // Never below 0 where it was not, and none where the window leaves the image.
     void (*bounded)(const float* before, const float* found, int width, float* to);
 };
-
-const RefineKernels* refine_kernels(const char* level = nullptr);
 
 }  // namespace bearcub

@@ -40,9 +40,6 @@ struct Refiner::Rings {
     Buffer<uint8_t> left, right;
     Buffer<uint32_t> words;
     Buffer<float> scratch;
-    std::size_t bytes() const {
-        return floats.bytes() + products.bytes() + left.bytes() + right.bytes() + words.bytes() + scratch.bytes();
-    }
 };
 
 Refiner::Refiner(int height, int width, int threads, const RefineKernels& kernels)
@@ -160,12 +157,6 @@ void Refiner::move(int row, const float* from, float* to, Rings& rings) const {
     }
     const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(row) * width_;
     kernels_.moved(cross, square, from + at, width_, to + at);
-}
-
-std::size_t Refiner::bytes() const {
-    std::size_t sum = between_.bytes();
-    for (const auto& rings : rings_) sum += rings->bytes();
-    return sum;
 }
 
 }  // namespace bearcub

@@ -24,7 +24,6 @@ public:
 
     int height() const { return height_; }
     int width() const { return width_; }
-    std::size_t bytes() const;
 
 private:
     struct Rings;

@@ -1,4 +1,4 @@
-// Vectors of bytes: the few operations that the matcher needs, once per instruction set.
+// Vectors of bytes: the compiler's vector extension, and intrinsics for what that lacks.
 //
 // This is the only file with intrinsics. The kernels are compiled once per level (see
 // CMakeLists.txt), and the level follows from the compiler's flags. Every operation means the same
@@ -24,34 +24,82 @@
 #error "no instruction set that simd.h knows"
 #endif
 
-#define BEARCUB_TEXT_OF(name) #name
-#define BEARCUB_TEXT(name) BEARCUB_TEXT_OF(name)
 #define BEARCUB_INLINE inline __attribute__((always_inline))
 
 namespace bearcub::BEARCUB_LEVEL {
 
-#if defined(__AVX512BITALG__) && defined(__AVX512VBMI__) && defined(__AVX512BW__)
+// ---- Scalars, which the compiler turns into vectors
+
+template <class T>
+BEARCUB_INLINE T larger(T a, T b) {
+    return a > b ? a : b;
+}
+
+template <class T>
+BEARCUB_INLINE T smaller(T a, T b) {
+    return a < b ? a : b;
+}
+
+template <class T>
+BEARCUB_INLINE T clamped(T x, T low, T high) {
+    x = x < low ? low : x;
+    return x > high ? high : x;
+}
+
+// ---- Vectors
+
+#if defined(__AVX512VBMI__)
+using Register = __m512i;
+#elif defined(__AVX2__)
+using Register = __m256i;
+#elif defined(__SSE4_1__)
+using Register = __m128i;
+#else
+using Register = uint8x16_t;
+#endif
 
 struct Bytes {
-    static constexpr int lanes = 64;
-    __m512i v;
+    static constexpr int lanes = sizeof(Register);
+    Register v;
 };
 
-BEARCUB_INLINE Bytes load(const uint8_t* p) { return {_mm512_load_si512(p)}; }
-BEARCUB_INLINE Bytes load_unaligned(const uint8_t* p) { return {_mm512_loadu_si512(p)}; }
-BEARCUB_INLINE void store(uint8_t* p, Bytes a) { _mm512_store_si512(p, a.v); }
-BEARCUB_INLINE Bytes splat(uint8_t x) { return {_mm512_set1_epi8(static_cast<char>(x))}; }
-BEARCUB_INLINE Bytes splat4(uint32_t x) { return {_mm512_set1_epi32(static_cast<int>(x))}; }
-BEARCUB_INLINE Bytes min(Bytes a, Bytes b) { return {_mm512_min_epu8(a.v, b.v)}; }
-BEARCUB_INLINE Bytes max(Bytes a, Bytes b) { return {_mm512_max_epu8(a.v, b.v)}; }
+// The compiler's own vectors, whose operators work lane by lane.
+typedef uint8_t Lanes __attribute__((vector_size(Bytes::lanes)));
+typedef uint32_t Words __attribute__((vector_size(Bytes::lanes)));
+typedef Register Unaligned __attribute__((aligned(1), may_alias));
+BEARCUB_INLINE Lanes lanes(Bytes a) { return (Lanes)a.v; }
+BEARCUB_INLINE Bytes bytes(Lanes a) { return {(Register)a}; }
+
+BEARCUB_INLINE Bytes load(const uint8_t* p) { return {*reinterpret_cast<const Register*>(p)}; }
+BEARCUB_INLINE void store(uint8_t* p, Bytes a) { *reinterpret_cast<Register*>(p) = a.v; }
+BEARCUB_INLINE Bytes load_unaligned(const uint8_t* p) {
+    return {*reinterpret_cast<const Unaligned*>(p)};
+}
+BEARCUB_INLINE Bytes splat(uint8_t x) { return bytes(Lanes{} + x); }
+BEARCUB_INLINE Bytes splat4(uint32_t x) { return bytes((Lanes)(Words{} + x)); }
+BEARCUB_INLINE uint32_t first(Bytes a) { return ((Words)a.v)[0]; }
+BEARCUB_INLINE Bytes differing(Bytes a, Bytes b) { return bytes(lanes(a) ^ lanes(b)); }
+BEARCUB_INLINE Bytes subtract(Bytes a, Bytes b) { return bytes(lanes(a) - lanes(b)); }
+BEARCUB_INLINE Lanes lower(Lanes a, Lanes b) { return a < b ? a : b; }
+BEARCUB_INLINE Lanes higher(Lanes a, Lanes b) { return a > b ? a : b; }
+BEARCUB_INLINE Bytes min(Bytes a, Bytes b) { return bytes(lower(lanes(a), lanes(b))); }
+BEARCUB_INLINE Bytes max(Bytes a, Bytes b) { return bytes(higher(lanes(a), lanes(b))); }
+
+// What that lacks, once per instruction set:
+//   add           sums that end at 255
+//   popcount      bits of each byte
+//   equal_bits    a bit for every byte that is the same
+//   from_before   each lane's neighbour before it, the first one's from the vector before
+//   from_after    each lane's neighbour after it, the last one's from the vector after
+//   min_across    the least byte, in all lanes
+//   min_across4   the same of four vectors
+//   min_each4     the same, packed into a word
+
+#if defined(__AVX512VBMI__)
+
 BEARCUB_INLINE Bytes add(Bytes a, Bytes b) { return {_mm512_adds_epu8(a.v, b.v)}; }
-BEARCUB_INLINE Bytes subtract(Bytes a, Bytes b) { return {_mm512_sub_epi8(a.v, b.v)}; }
-BEARCUB_INLINE Bytes differing(Bytes a, Bytes b) { return {_mm512_xor_si512(a.v, b.v)}; }
 BEARCUB_INLINE Bytes popcount(Bytes a) { return {_mm512_popcnt_epi8(a.v)}; }
 BEARCUB_INLINE uint64_t equal_bits(Bytes a, Bytes b) { return _mm512_cmpeq_epi8_mask(a.v, b.v); }
-BEARCUB_INLINE uint32_t first(Bytes a) {
-    return static_cast<uint32_t>(_mm_cvtsi128_si32(_mm512_castsi512_si128(a.v)));
-}
 
 BEARCUB_INLINE Bytes from_before(Bytes before, Bytes a) {
     return {_mm512_alignr_epi8(a.v, _mm512_alignr_epi64(a.v, before.v, 6), 15)};
@@ -61,7 +109,8 @@ BEARCUB_INLINE Bytes from_after(Bytes a, Bytes after) {
 }
 
 BEARCUB_INLINE Bytes min_across(Bytes a) {
-    const __m256i half = _mm256_min_epu8(_mm512_castsi512_si256(a.v), _mm512_extracti64x4_epi64(a.v, 1));
+    const __m256i half =
+        _mm256_min_epu8(_mm512_castsi512_si256(a.v), _mm512_extracti64x4_epi64(a.v, 1));
     __m128i x = _mm_min_epu8(_mm256_castsi256_si128(half), _mm256_extracti128_si256(half, 1));
     x = _mm_minpos_epu16(_mm_min_epu8(x, _mm_srli_epi16(x, 8)));
     return {_mm512_broadcastb_epi8(x)};
@@ -96,32 +145,9 @@ BEARCUB_INLINE uint32_t min_each4(const Bytes* a) {
 
 #elif defined(__AVX2__)
 
-struct Bytes {
-    static constexpr int lanes = 32;
-    __m256i v;
-};
-
-BEARCUB_INLINE Bytes load(const uint8_t* p) {
-    return {_mm256_load_si256(reinterpret_cast<const __m256i*>(p))};
-}
-BEARCUB_INLINE Bytes load_unaligned(const uint8_t* p) {
-    return {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p))};
-}
-BEARCUB_INLINE void store(uint8_t* p, Bytes a) {
-    _mm256_store_si256(reinterpret_cast<__m256i*>(p), a.v);
-}
-BEARCUB_INLINE Bytes splat(uint8_t x) { return {_mm256_set1_epi8(static_cast<char>(x))}; }
-BEARCUB_INLINE Bytes splat4(uint32_t x) { return {_mm256_set1_epi32(static_cast<int>(x))}; }
-BEARCUB_INLINE Bytes min(Bytes a, Bytes b) { return {_mm256_min_epu8(a.v, b.v)}; }
-BEARCUB_INLINE Bytes max(Bytes a, Bytes b) { return {_mm256_max_epu8(a.v, b.v)}; }
 BEARCUB_INLINE Bytes add(Bytes a, Bytes b) { return {_mm256_adds_epu8(a.v, b.v)}; }
-BEARCUB_INLINE Bytes subtract(Bytes a, Bytes b) { return {_mm256_sub_epi8(a.v, b.v)}; }
-BEARCUB_INLINE Bytes differing(Bytes a, Bytes b) { return {_mm256_xor_si256(a.v, b.v)}; }
 BEARCUB_INLINE uint64_t equal_bits(Bytes a, Bytes b) {
     return static_cast<uint32_t>(_mm256_movemask_epi8(_mm256_cmpeq_epi8(a.v, b.v)));
-}
-BEARCUB_INLINE uint32_t first(Bytes a) {
-    return static_cast<uint32_t>(_mm_cvtsi128_si32(_mm256_castsi256_si128(a.v)));
 }
 
 // Muła: a table look-up per half byte.
@@ -147,62 +173,12 @@ BEARCUB_INLINE Bytes min_across(Bytes a) {
     return {_mm256_broadcastb_epi8(x)};
 }
 
-// Four at once, a quarter of the vector for each, in the order 0 2 1 3: halves and quarters of
-// different vectors share one instruction.
-BEARCUB_INLINE __m256i quarters(const Bytes* a) {
-    const auto pairs = [](__m256i x, __m256i y) {
-        return _mm256_min_epu8(_mm256_permute2x128_si256(x, y, 0x20),
-                               _mm256_permute2x128_si256(x, y, 0x31));
-    };
-    const __m256i low = pairs(a[0].v, a[1].v), high = pairs(a[2].v, a[3].v);
-    __m256i x = _mm256_min_epu8(_mm256_unpacklo_epi64(low, high), _mm256_unpackhi_epi64(low, high));
-    x = _mm256_min_epu8(x, _mm256_srli_epi64(x, 32));
-    x = _mm256_min_epu8(x, _mm256_srli_epi64(x, 16));
-    return _mm256_min_epu8(x, _mm256_srli_epi64(x, 8));
-}
-BEARCUB_INLINE void min_across4(const Bytes* a, Bytes* smallest) {
-    const __m256i first = _mm256_setr_epi8(0, 0, 0, 0, 0, 0, 0, 0, 8, 8, 8, 8, 8, 8, 8, 8, 0, 0, 0,
-                                           0, 0, 0, 0, 0, 8, 8, 8, 8, 8, 8, 8, 8);
-    const __m256i x = _mm256_shuffle_epi8(quarters(a), first);
-    smallest[0].v = _mm256_permute4x64_epi64(x, 0x00);
-    smallest[2].v = _mm256_permute4x64_epi64(x, 0x55);
-    smallest[1].v = _mm256_permute4x64_epi64(x, 0xAA);
-    smallest[3].v = _mm256_permute4x64_epi64(x, 0xFF);
-}
-BEARCUB_INLINE uint32_t min_each4(const Bytes* a) {
-    const __m256i x = quarters(a);
-    const __m128i even = _mm256_castsi256_si128(x), odd = _mm256_extracti128_si256(x, 1);
-    return first({_mm256_castsi128_si256(_mm_unpacklo_epi16(
-        _mm_unpacklo_epi8(even, odd), _mm_unpackhi_epi8(even, odd)))});
-}
-
 #elif defined(__SSE4_1__)
 
-struct Bytes {
-    static constexpr int lanes = 16;
-    __m128i v;
-};
-
-BEARCUB_INLINE Bytes load(const uint8_t* p) {
-    return {_mm_load_si128(reinterpret_cast<const __m128i*>(p))};
-}
-BEARCUB_INLINE Bytes load_unaligned(const uint8_t* p) {
-    return {_mm_loadu_si128(reinterpret_cast<const __m128i*>(p))};
-}
-BEARCUB_INLINE void store(uint8_t* p, Bytes a) {
-    _mm_store_si128(reinterpret_cast<__m128i*>(p), a.v);
-}
-BEARCUB_INLINE Bytes splat(uint8_t x) { return {_mm_set1_epi8(static_cast<char>(x))}; }
-BEARCUB_INLINE Bytes splat4(uint32_t x) { return {_mm_set1_epi32(static_cast<int>(x))}; }
-BEARCUB_INLINE Bytes min(Bytes a, Bytes b) { return {_mm_min_epu8(a.v, b.v)}; }
-BEARCUB_INLINE Bytes max(Bytes a, Bytes b) { return {_mm_max_epu8(a.v, b.v)}; }
 BEARCUB_INLINE Bytes add(Bytes a, Bytes b) { return {_mm_adds_epu8(a.v, b.v)}; }
-BEARCUB_INLINE Bytes subtract(Bytes a, Bytes b) { return {_mm_sub_epi8(a.v, b.v)}; }
-BEARCUB_INLINE Bytes differing(Bytes a, Bytes b) { return {_mm_xor_si128(a.v, b.v)}; }
 BEARCUB_INLINE uint64_t equal_bits(Bytes a, Bytes b) {
     return static_cast<uint32_t>(_mm_movemask_epi8(_mm_cmpeq_epi8(a.v, b.v)));
 }
-BEARCUB_INLINE uint32_t first(Bytes a) { return static_cast<uint32_t>(_mm_cvtsi128_si32(a.v)); }
 
 // Muła: a table look-up per half byte.
 BEARCUB_INLINE Bytes popcount(Bytes a) {
@@ -225,35 +201,20 @@ BEARCUB_INLINE Bytes min_across(Bytes a) {
 
 #else  // NEON
 
-struct Bytes {
-    static constexpr int lanes = 16;
-    uint8x16_t v;
-};
-
-BEARCUB_INLINE Bytes load(const uint8_t* p) { return {vld1q_u8(p)}; }
-BEARCUB_INLINE Bytes load_unaligned(const uint8_t* p) { return {vld1q_u8(p)}; }
-BEARCUB_INLINE void store(uint8_t* p, Bytes a) { vst1q_u8(p, a.v); }
-BEARCUB_INLINE Bytes splat(uint8_t x) { return {vdupq_n_u8(x)}; }
-BEARCUB_INLINE Bytes splat4(uint32_t x) { return {vreinterpretq_u8_u32(vdupq_n_u32(x))}; }
-BEARCUB_INLINE Bytes min(Bytes a, Bytes b) { return {vminq_u8(a.v, b.v)}; }
-BEARCUB_INLINE Bytes max(Bytes a, Bytes b) { return {vmaxq_u8(a.v, b.v)}; }
 BEARCUB_INLINE Bytes add(Bytes a, Bytes b) { return {vqaddq_u8(a.v, b.v)}; }
-BEARCUB_INLINE Bytes subtract(Bytes a, Bytes b) { return {vsubq_u8(a.v, b.v)}; }
-BEARCUB_INLINE Bytes differing(Bytes a, Bytes b) { return {veorq_u8(a.v, b.v)}; }
 BEARCUB_INLINE Bytes popcount(Bytes a) { return {vcntq_u8(a.v)}; }
 BEARCUB_INLINE uint64_t equal_bits(Bytes a, Bytes b) {
     const uint8x16_t weights = {1, 2, 4, 8, 16, 32, 64, 128, 1, 2, 4, 8, 16, 32, 64, 128};
     const uint8x16_t bits = vandq_u8(vceqq_u8(a.v, b.v), weights);
     return vaddv_u8(vget_low_u8(bits)) | static_cast<uint64_t>(vaddv_u8(vget_high_u8(bits))) << 8;
 }
-BEARCUB_INLINE uint32_t first(Bytes a) { return vgetq_lane_u32(vreinterpretq_u32_u8(a.v), 0); }
 BEARCUB_INLINE Bytes from_before(Bytes before, Bytes a) { return {vextq_u8(before.v, a.v, 15)}; }
 BEARCUB_INLINE Bytes from_after(Bytes a, Bytes after) { return {vextq_u8(a.v, after.v, 1)}; }
 BEARCUB_INLINE Bytes min_across(Bytes a) { return {vdupq_n_u8(vminvq_u8(a.v))}; }
 
 #endif
 
-#if !defined(__AVX2__)
+#if !defined(__AVX512VBMI__)
 BEARCUB_INLINE void min_across4(const Bytes* a, Bytes* smallest) {
     for (int i = 0; i < 4; ++i) smallest[i] = min_across(a[i]);
 }
@@ -278,7 +239,8 @@ BEARCUB_INLINE void lower_neighbour(const Bytes* a, Bytes* lower) {
             return to;
         }();
         const __m512i up = _mm512_load_si512(index.up), down = _mm512_load_si512(index.down);
-        lower[0] = min({_mm512_permutexvar_epi8(up, a[0].v)}, {_mm512_permutexvar_epi8(down, a[0].v)});
+        lower[0] = min({_mm512_permutexvar_epi8(up, a[0].v)},
+                       {_mm512_permutexvar_epi8(down, a[0].v)});
         return;
     }
 #endif

@@ -4,9 +4,12 @@
 
 namespace bearcub {
 
-Speckles::Speckles(int height, int width)
-    : width_(width),
+Speckles::Speckles(const Kernels& kernels, int height, int width, int step, int area)
+    : kernels_(kernels),
+      width_(width),
       words_((width + 63) / 64),
+      step_(step),
+      area_(area),
       known_(static_cast<std::size_t>(height) * words_),
       before_(static_cast<std::size_t>(height) * words_),
       runs_before_(static_cast<std::size_t>(height) * words_),
@@ -19,11 +22,10 @@ std::size_t Speckles::bytes() const {
            runs_.bytes() + parent_.bytes();
 }
 
-void Speckles::find_runs(const Kernels& kernels, int row, const int16_t* steps, int step,
-                         uint8_t* scratch) {
+void Speckles::find_runs(int row, const int16_t* steps, uint8_t* scratch) {
     const std::size_t at = static_cast<std::size_t>(row) * words_;
     uint64_t *known = &known_[at], *before = &before_[at];
-    kernels.links_along(steps, width_, step, scratch, known, before);
+    kernels_.links_along(steps, width_, step_, scratch, known, before);
     const int first = row * width_;
     int starts = 0, ends = 0;
     for (int word = 0; word < words_; ++word) {
@@ -55,10 +57,9 @@ int Speckles::root(int run) {
     return run;
 }
 
-void Speckles::connect(const Kernels& kernels, int row, const int16_t* steps, const int16_t* above,
-                       int step, uint8_t* scratch) {
+void Speckles::connect(int row, const int16_t* steps, const int16_t* above, uint8_t* scratch) {
     uint64_t* links = reinterpret_cast<uint64_t*>(scratch + 64 * words_);
-    kernels.links_up(steps, above, width_, step, scratch, links);
+    kernels_.links_up(steps, above, width_, step_, scratch, links);
     const std::size_t at = static_cast<std::size_t>(row) * words_;
     uint64_t carried = 0;
     for (int word = 0; word < words_; ++word) {
@@ -79,11 +80,11 @@ void Speckles::connect(const Kernels& kernels, int row, const int16_t* steps, co
     }
 }
 
-void Speckles::erase(int row, int area, int16_t* steps) const {
+void Speckles::erase(int row, int16_t* steps) const {
     for (int run = row * width_; run < row * width_ + count_[row]; ++run) {
         int root = run;
         while (parent_[root] >= 0) root = parent_[root];
-        if (-parent_[root] > area) continue;
+        if (-parent_[root] > area_) continue;
         std::fill(steps + runs_[run].first, steps + runs_[run].end, kNone);
     }
 }

@@ -13,16 +13,15 @@ namespace bearcub {
 // several threads; their seams are joined afterwards. What goes does not depend on the ranges.
 class Speckles {
 public:
-    Speckles(int height, int width);
+    // Neighbours that differ by up to `step` are connected; patches of up to `area` are small.
+    Speckles(const Kernels& kernels, int height, int width, int step, int area);
 
     // Find the runs of one row; `scratch` as large as scratch() says, and 0 at first.
-    void find_runs(const Kernels& kernels, int row, const int16_t* steps, int step,
-                   uint8_t* scratch);
+    void find_runs(int row, const int16_t* steps, uint8_t* scratch);
     // Connect one row's runs to those of the row above.
-    void connect(const Kernels& kernels, int row, const int16_t* steps, const int16_t* above,
-                 int step, uint8_t* scratch);
-    // Take back the row's runs that belong to patches of up to `area` pixels.
-    void erase(int row, int area, int16_t* steps) const;
+    void connect(int row, const int16_t* steps, const int16_t* above, uint8_t* scratch);
+    // Take back the row's runs that belong to small patches.
+    void erase(int row, int16_t* steps) const;
 
     // Bytes: a row's links one by one, then packed.
     int scratch() const { return (64 + 8) * words_; }
@@ -36,7 +35,8 @@ private:
     int run_at(int row, int word, uint64_t up_to_bit) const;
     int root(int run);
 
-    int width_, words_;
+    const Kernels& kernels_;
+    const int width_, words_, step_, area_;
     Buffer<uint64_t> known_, before_;  // [row][word], see Kernels::links_along
     Buffer<int32_t> runs_before_;      // [row][word]: runs of the row that start before it
     Buffer<int32_t> count_;            // runs of a row

@@ -68,6 +68,13 @@ def test_rows_may_lie_apart() -> None:
     np.testing.assert_array_equal(NativeRefinement()(apart[:, 33:123], right, truth), expected)
 
 
+def test_pixels_may_lie_apart() -> None:
+    left, right, truth = slanted_pair(60, 90, seed=2)
+    expected = NativeRefinement()(left, right, truth)
+    left, right = (np.repeat(image, 2, axis=1)[:, ::2] for image in (left, right))
+    np.testing.assert_array_equal(NativeRefinement()(left, right, truth), expected)
+
+
 def test_numbers_without_sense_are_refused() -> None:
     with pytest.raises(InputError, match="threads = 0: must be from 1 to 1024"):
         NativeRefinement(threads=0)

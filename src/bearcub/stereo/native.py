@@ -6,6 +6,7 @@ when that was installed; `reason_missing` tells whether it is.
 
 import math
 from dataclasses import asdict, dataclass
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -28,6 +29,7 @@ _CENSUS = 5  # side of the census's window [px]
 _LARGEST_STEP = 60  # sums of three paths, 24 + 60 each, stay below the mark for "outside", 255
 
 Pixels = NDArray[np.uint8] | NDArray[np.uint16]
+_Image = TypeVar("_Image", NDArray[np.uint8], NDArray[np.uint16], Pixels)
 
 
 def reason_missing() -> str:
@@ -236,7 +238,7 @@ class NativeRefinement:
                 height=height, width=width, threads=self._threads, level=self._level
             )
         refined = np.empty(disparity.shape, dtype=np.float32)
-        self._core.refine(left, right, np.ascontiguousarray(disparity), refined)
+        self._core.refine(_in_rows(left), _in_rows(right), np.ascontiguousarray(disparity), refined)
         return refined
 
 
@@ -257,7 +259,7 @@ def _check_range(name: str, value: int, low: int, high: int) -> None:
 
 
 def _grey(image: Pixels, *, name: str) -> Pixels:
-    """Return a grey image whose rows are contiguous, though not the whole of it."""
+    """Return a grey image that can be matched."""
     if image.ndim == 3 and image.shape[2] == 3 and image.dtype == np.uint8:
         image = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
     if image.ndim != 2 or image.dtype not in (np.uint8, np.uint16) or not image.size:
@@ -267,6 +269,10 @@ def _grey(image: Pixels, *, name: str) -> Pixels:
         )
     if image.shape[1] >= 2**15:
         raise InputError(f"{name}: {image.shape[1]} columns: at most {2**15 - 1} can be matched")
-    if image.strides[1] != image.itemsize or image.strides[0] % image.itemsize:
-        image = image.copy()
-    return image
+    return _in_rows(image)
+
+
+def _in_rows(image: _Image) -> _Image:
+    """Return `image` with contiguous rows, which need not lie side by side."""
+    sound = image.strides[1] == image.itemsize and image.strides[0] % image.itemsize == 0
+    return image if sound else image.copy()

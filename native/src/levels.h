@@ -1,0 +1,20 @@
+// The instruction sets that there are kernels for.
+#pragma once
+
+#include <vector>
+
+#include "kernels.h"
+#include "refine_kernels.h"
+
+namespace bearcub {
+
+struct Level {
+    const char* name;
+    const Kernels* match;
+    const RefineKernels* refine;
+};
+
+// Those that this machine runs, the best first.
+std::vector<Level> levels();
+
+}  // namespace bearcub
