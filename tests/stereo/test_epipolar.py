@@ -1,6 +1,7 @@
-"""A vertical misalignment of the pair is measured to a tenth of a pixel."""
+"""A vertical misalignment of the pair is measured to a fraction of a pixel."""
 
 import math
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -8,7 +9,10 @@ import pytest
 
 from bearcub.messages import UInt8
 from bearcub.stereo.epipolar import epipolar_offset
+from bearcub.stereo.gates import gate
+from bearcub.stereo.matchers import SearchRange, SgbmMatcher
 
+DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
 rng = np.random.default_rng(3)
 
 
@@ -25,11 +29,39 @@ def textured_pair(rows_lower: float, *, disparity: float) -> tuple[UInt8, UInt8]
     return images[0].astype(np.uint8), images[1].astype(np.uint8)
 
 
-@pytest.mark.parametrize("rows", [-1.3, 0.0, 0.7, 3.2])
+@pytest.mark.parametrize("rows", [-4.6, -1.3, -0.5, 0.0, 0.25, 0.7, 3.2])
 def test_a_shift_of_the_right_image_is_recovered_with_its_sign(rows: float) -> None:
     left, right = textured_pair(rows, disparity=8.4)
     disparity = np.full(left.shape, 8.4, np.float32)
-    assert epipolar_offset(left, right, disparity) == pytest.approx(rows, abs=0.1)
+    assert epipolar_offset(left, right, disparity) == pytest.approx(rows, abs=0.05)
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason="the public recordings are not beside the repository")
+@pytest.mark.parametrize(
+    ("left", "right", "rows"),
+    [
+        ("inria_road/left_46.png", "inria_road/right_46.png", 0.7),
+        ("middlebury/cones/im2.png", "middlebury/cones/im6.png", -0.5),
+        ("middlebury/teddy/im2.png", "middlebury/teddy/im6.png", 0.3),
+    ],
+)
+def test_a_real_image_moved_up_or_down_changes_the_answer_by_as_much(
+    left: str, right: str, rows: float
+) -> None:
+    images = [np.asarray(cv2.imread(str(DATA / n), 0), np.uint8) for n in (left, right)]
+    move = np.array([[1, 0, 0], [0, 1, rows]], np.float32)
+    size = images[1].shape[::-1]
+    moved = cv2.warpAffine(
+        images[1], move, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
+    )
+    before, after = (matched_offset(images[0], x) for x in (images[1], np.asarray(moved, np.uint8)))
+    assert after - before == pytest.approx(rows, abs=0.06)
+
+
+def matched_offset(left: UInt8, right: UInt8) -> float:
+    disparity = SgbmMatcher(SearchRange(0, 64))(left, right)
+    known = gate(left, right, disparity, agreement=0.65, contrast=0.5, speckle_area=100)
+    return epipolar_offset(left, right, known)
 
 
 def test_wrong_matches_do_not_pull_the_median() -> None:
@@ -45,6 +77,13 @@ def test_without_matches_or_texture_it_is_unknown() -> None:
     assert math.isnan(epipolar_offset(left, right, nothing))
     blank = np.full_like(left, 90)
     assert math.isnan(epipolar_offset(blank, blank, np.zeros(left.shape, np.float32)))
+    assert math.isnan(epipolar_offset(left, right, np.full(left.shape, np.inf, np.float32)))
+
+
+@pytest.mark.parametrize("shape", [(16, 16), (23, 64), (47, 30)])
+def test_an_image_with_room_for_few_patches_says_nothing(shape: tuple[int, int]) -> None:
+    image = rng.integers(0, 255, shape).astype(np.uint8)
+    assert math.isnan(epipolar_offset(image, image, np.zeros(shape, np.float32)))
 
 
 def test_images_of_different_things_give_nothing() -> None:

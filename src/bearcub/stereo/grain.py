@@ -38,7 +38,7 @@ def graininess(image: UInt8) -> float:
     """
     rows = image[::_ROW_STEP].astype(np.float32)
     smooth = cv2.GaussianBlur(rows, (_WINDOW, 1), 0)
-    raw, left = (float(np.abs(np.diff(values, axis=1)).mean()) for values in (rows, smooth))
+    raw, left = (cv2.norm(x[:, 1:], x[:, :-1], cv2.NORM_L1) for x in (rows, smooth))
     return raw / left if left > 0 else 1.0
 
 
