@@ -297,6 +297,16 @@ def test_answer_of_a_real_frame_is_strict_json(answer: Answer) -> None:
     assert bearings == sorted(bearings)
 
 
+def test_one_pipeline_may_match_and_another_answer(pair: Pair) -> None:
+    left, right = pair
+    snapshot = Snapshot(left=left, right=right, tilt=Tilt(pitch=0.0, roll=math.radians(12)))
+    whole = Pipeline(RIG).process(snapshot)
+    parted = Pipeline(RIG).answer(snapshot, Pipeline(RIG).match(snapshot))
+    assert parted.obstacles == whole.obstacles
+    assert parted.valid_share == whole.valid_share
+    np.testing.assert_array_equal(parted.ground.plane, whole.ground.plane)
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="counts Linux's page faults")
 def test_frames_are_made_of_the_memory_of_the_frames_before() -> None:
     """In a process of its own: other tests may have taught the allocator already."""

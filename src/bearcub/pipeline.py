@@ -96,8 +96,32 @@ class Pipeline:
             If the images do not fit each other or the rig, or nothing can be matched.
         """
         start = self._clock.now_ns()
+        return self._answer(snapshot, self.match(snapshot), start_ns=start)
+
+    def match(self, snapshot: Snapshot) -> DisparityMap:
+        """Rectify and match a snapshot's pair, or take its disparity map, and no more.
+
+        Raises
+        ------
+        InputError
+            As `process`.
+        """
         self._fit_to(snapshot)
-        disparity = self._disparity(snapshot)
+        return self._disparity(snapshot)
+
+    def answer(self, snapshot: Snapshot, disparity: DisparityMap) -> Answer:
+        """Answer a snapshot whose disparity another pipeline of the same rig has matched.
+
+        Raises
+        ------
+        InputError
+            If the images do not fit the rig.
+        """
+        start = self._clock.now_ns()
+        self._fit_to(snapshot)
+        return self._answer(snapshot, disparity, start_ns=start)
+
+    def _answer(self, snapshot: Snapshot, disparity: DisparityMap, *, start_ns: int) -> Answer:
         matched = self._clock.now_ns()
         ground = self._ground(disparity, snapshot.tilt)
         grounded = self._clock.now_ns()
@@ -114,10 +138,10 @@ class Pipeline:
             free_range=found.free_range,
             layers=found.layers,
             timing=Timing(
-                match=(matched - start) * 1e-6,
+                match=(matched - start_ns) * 1e-6,
                 ground=(grounded - matched) * 1e-6,
                 obstacles=(done - grounded) * 1e-6,
-                total=elapsed_ms(self._clock, start),
+                total=elapsed_ms(self._clock, start_ns),
             ),
             stamp_ns=snapshot.stamp_ns,
             valid_share=disparity.valid_share,

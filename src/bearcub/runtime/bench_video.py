@@ -9,7 +9,7 @@ import numpy as np
 
 from bearcub.clock import Clock
 from bearcub.config import Config
-from bearcub.messages import Answer, DisparityMap, Float64, Snapshot, UInt8, as_image
+from bearcub.messages import Answer, DisparityMap, Float64, UInt8, as_image
 from bearcub.pipeline import Pipeline
 from bearcub.rig.values import naming
 from bearcub.runtime.bench import WARM_UP, on_threads
@@ -17,7 +17,6 @@ from bearcub.runtime.feed import Shot
 from bearcub.runtime.loop import Interruption
 from bearcub.runtime.pictures import steady_reach
 from bearcub.runtime.relay import Passed, relay
-from bearcub.stereo import StereoStage
 from bearcub.stereo.rectification import Rectifier
 from bearcub.viewer import annotate
 
@@ -116,8 +115,8 @@ class _Stages:
         self._shots = shots
         self._config = config
         self._rectifier: Rectifier | None = None
-        self._matching: StereoStage | None = None
-        self._answering: _Answering | None = None
+        self._matching: Pipeline | None = None
+        self._answering: Pipeline | None = None
 
     def in_order(self) -> dict[str, Callable[[Any], Any]]:
         return {
@@ -145,32 +144,15 @@ class _Stages:
         rig, snapshot = shot.rig, shot.snapshot
         self.size = (rig.camera.width, rig.camera.height)
         with naming(shot.source):
-            self._matching = self._matching or StereoStage.for_rig(
-                rig.camera, rig.mount, self._config.matching
-            )
-            left = as_image(snapshot.left, name="left")
-            right = as_image(snapshot.right, name="right")
-            return shot, self._matching(left, right)
+            self._matching = self._matching or Pipeline(rig, self._config)
+            return shot, self._matching.match(snapshot)
 
     def _answer(self, matched: tuple[Shot, DisparityMap]) -> tuple[Shot, Answer]:
         shot, disparity = matched
-        self._answering = self._answering or _Answering(shot.rig, self._config)
+        self._answering = self._answering or Pipeline(shot.rig, self._config)
         with naming(shot.source):
             return shot, self._answering.answer(shot.snapshot, disparity)
 
     def _overlay(self, answered: tuple[Shot, Answer]) -> UInt8:
         shot, answer = answered
         return annotate(answer, shot.snapshot.left, shot.rig, reach=steady_reach(shot.rig))
-
-
-class _Answering(Pipeline):
-    """The pipeline from the disparity map on: another thread has matched."""
-
-    _matched: DisparityMap
-
-    def answer(self, snapshot: Snapshot, matched: DisparityMap) -> Answer:
-        self._matched = matched
-        return self.process(snapshot)
-
-    def _disparity(self, snapshot: Snapshot) -> DisparityMap:  # noqa: ARG002 (it was matched)
-        return self._matched
