@@ -49,7 +49,8 @@ uint64_t answer(const Case& given, const Level& level) {
     const std::size_t size = static_cast<std::size_t>(shape.height) * shape.width;
     std::vector<float> disparity(size), refined(size);
     std::vector<uint8_t> confidence(size);
-    Matcher matcher(shape, {12, 60, 20, 4, 10, 2, 0.5f, 20, 2.0f}, given.threads, *level.match);
+    Matcher matcher(shape, {12, 8, 60, 16, 10, 10, 2, 0.5f, 20, 2.0f}, given.threads,
+                    *level.match);
     matcher.match({left.data(), stride}, {right.data(), stride}, disparity.data(),
                   confidence.data());
     Refiner refiner(shape.height, shape.width, given.threads, *level.refine);

@@ -92,18 +92,18 @@ NB_MODULE(_native, m) {
         .def(
             "__init__",
             [](Matcher* self, int height, int width, int smallest, int disparities, int bits,
-               int small_step, int large_step, int least_step, int edge_discount, int uniqueness,
-               int left_right, float texture, int speckle_area, float speckle_step, int threads,
+               int small_step, int small_drop, int large_step, int least_step, int edge_discount,
+               int uniqueness, int left_right, float texture, int speckle_area, float speckle_step, int threads,
                const std::optional<std::string>& level) {
                 const auto byte = [](int x) { return static_cast<uint8_t>(x); };
-                const Tuning tuning{byte(small_step), byte(large_step), byte(least_step),
-                                    byte(edge_discount), uniqueness, left_right, texture,
-                                    speckle_area, speckle_step};
+                const Tuning tuning{byte(small_step), byte(small_drop), byte(large_step),
+                                    byte(least_step), byte(edge_discount), uniqueness, left_right,
+                                    texture, speckle_area, speckle_step};
                 new (self) Matcher({height, width, smallest, disparities, bits}, tuning, threads,
                                    *level_of(level).match);
             },
             nb::kw_only(), "height"_a, "width"_a, "smallest"_a, "disparities"_a, "bits"_a,
-            "small_step"_a, "large_step"_a, "least_step"_a, "edge_discount"_a, "uniqueness"_a,
+            "small_step"_a, "small_drop"_a, "large_step"_a, "least_step"_a, "edge_discount"_a, "uniqueness"_a,
             "left_right"_a, "texture"_a, "speckle_area"_a, "speckle_step"_a, "threads"_a,
             "level"_a.none())
         .def("match", &match<uint8_t>, "left"_a, "right"_a, "disparity"_a, "confidence"_a.none())

@@ -22,11 +22,28 @@ namespace {
 
 // ---- Preparing rows
 
-// [census]: bit by bit, is the neighbour brighter than the pixel? Eight neighbours fill a plane.
+// What a neighbour must exceed to count as brighter. Noise of a lone pixel would turn up in all its
+// bits, and noise between equals in each: so this is the mean around the pixel, weighted 1 2 1
+// either way, and one grey level more.
 template <class Pixel>
-void census(Window<Pixel> rows, int width, uint8_t* const* planes) {
+void thresholds(Window<Pixel> rows, int width, Pixel* __restrict to) {
+    constexpr int largest = static_cast<Pixel>(-1);
+    const Pixel *__restrict above = rows[kReach - 1], *__restrict row = rows[kReach],
+                *__restrict below = rows[kReach + 1];
+    const auto column = [&](int x) { return above[x] + 2 * row[x] + below[x]; };
+    for (int x = 0; x < width; ++x) {
+        const int mean = (column(x - 1) + 2 * column(x) + column(x + 1)) / 16;
+        to[x] = static_cast<Pixel>(smaller(mean + 1, largest));
+    }
+}
+
+// [census]: bit by bit, is the neighbour brighter than the pixel's surroundings? Eight neighbours
+// fill a plane. `scratch` holds a row.
+template <class Pixel>
+void census(Window<Pixel> rows, int width, Pixel* scratch, uint8_t* const* planes) {
     constexpr int side = 2 * kReach + 1, middle = side * side / 2;
-    const Pixel* __restrict pixel = rows[kReach];
+    thresholds(rows, width, scratch);
+    const Pixel* __restrict threshold = scratch;
     for (int plane = 0; plane < kPlanes; ++plane) {
         const Pixel* __restrict neighbour[8];
         for (int bit = 0; bit < 8; ++bit) {
@@ -37,7 +54,7 @@ void census(Window<Pixel> rows, int width, uint8_t* const* planes) {
         for (int x = 0; x < width; ++x) {
             unsigned bits = 0;
             for (int bit = 0; bit < 8; ++bit) {
-                bits |= static_cast<unsigned>(neighbour[bit][x] > pixel[x]) << bit;
+                bits |= static_cast<unsigned>(neighbour[bit][x] > threshold[x]) << bit;
             }
             to[x] = static_cast<uint8_t>(bits);
         }
@@ -144,7 +161,7 @@ BEARCUB_INLINE void left_to_right(const Block& block, Column&& column) {
 
 template <int N>
 void warm_up(const Block& block, int rows) {
-    const Bytes small_step = splat(block.tuning.small_step);
+    const Bytes small_step = splat(block.tuning.small_drop);
     for (int row = 0; row < rows; ++row) {
         left_to_right(block, [&](int x, auto edge) {
             uint8_t* at = block.vertical + ptrdiff_t{x} * block.lanes;
@@ -289,6 +306,7 @@ void backward(const Block& shared) {
     constexpr int column = kRows * N * Bytes::lanes;
     const Block block = shared;  // a copy, which no store of bytes can have changed
     const Bytes small_step = splat(block.tuning.small_step);
+    const Bytes small_drop = splat(block.tuning.small_drop);
     Cell<N> path[kRows];
     for (auto& start : path) {
         for (auto& bytes : start.v) bytes = splat(0);
@@ -300,7 +318,7 @@ void backward(const Block& shared) {
             step_left<N>(block, x, small_step, path, block.sums + (x - begin) * column);
         }
         for (int x = begin; x < end; x += 4) {  // columns beyond the width are scratch
-            step_down<N>(block, x, small_step, block.sums + (x - begin) * column);
+            step_down<N>(block, x, small_drop, block.sums + (x - begin) * column);
         }
         take_winners<N>(block, begin, end);
     }
@@ -415,6 +433,29 @@ void median(const int16_t* __restrict above, const int16_t* __restrict row,
     }
 }
 
+// Each answer's mean with those around it that differ little: less noise, and the same edges. Rows
+// have kReach columns more on either side.
+void smooth(Window<int16_t> rows, int width, int16_t* __restrict to) {
+    constexpr int16_t most = kSteps + kSteps / 2;
+    const int16_t* __restrict row = rows[kReach];
+    for (int x = 0; x < width; ++x) {
+        const int16_t here = row[x];
+        int16_t sum = 0, count = 0;
+        const auto take = [&](const int16_t* other) {
+            for (int k = -kReach; k <= kReach; ++k) {
+                const int16_t there = other[x + k], apart = static_cast<int16_t>(there - here);
+                const bool near = (apart <= most) & (apart >= -most) & (there != kNone);
+                sum = static_cast<int16_t>(sum + (near ? apart : 0));
+                count = static_cast<int16_t>(count + near);
+            }
+        };
+        take(rows[0]), take(rows[1]), take(rows[2]), take(rows[3]), take(rows[4]);
+        const float mean = static_cast<float>(sum) / static_cast<float>(larger<int>(count, 1));
+        const int found = here + static_cast<int>(mean + (most + 0.5f)) - most;
+        to[x] = here == kNone ? kNone : static_cast<int16_t>(found);
+    }
+}
+
 // Sixty-four bytes to a word: which of them are set.
 void pack(const uint8_t* bytes, int words, uint64_t* to) {
     for (int word = 0; word < words; ++word) {
@@ -522,6 +563,7 @@ const Kernels kernels = {
     take_row,
     without_texture,
     median,
+    smooth,
     links_along,
     links_up,
     to_pixels,

@@ -26,7 +26,8 @@ constexpr int vectors_for(int disparities, int lanes) {
 
 // The numbers that shape the answer; src/bearcub/stereo/native.py has their defaults.
 struct Tuning {
-    uint8_t small_step;     // P1: cost of a change by one disparity along a path
+    uint8_t small_step;     // P1: cost of a change by one disparity along a row
+    uint8_t small_drop;     // P1 from one row to the next
     uint8_t large_step;     // P2: cost of any larger change, on even grey
     uint8_t least_step;     // P2 on a strong edge
     uint8_t edge_discount;  // how much less P2 is per four grey levels
@@ -69,8 +70,9 @@ using Window = const Pixel* const (&)[2 * kReach + 1];
 
 struct Kernels {
     int lanes;  // bytes of a vector
-    void (*census8)(Window<uint8_t> rows, int width, uint8_t* const* planes);
-    void (*census16)(Window<uint16_t> rows, int width, uint8_t* const* planes);
+    void (*census8)(Window<uint8_t> rows, int width, uint8_t* scratch, uint8_t* const* planes);
+    void (*census16)(Window<uint16_t> rows, int width, uint16_t* scratch,
+                     uint8_t* const* planes);
     void (*penalties)(const Tuning&, const uint8_t* here, const uint8_t* there, int width,
                       uint32_t* four_times);
     void (*four_times)(const uint8_t* from, int width, uint32_t* to);
@@ -83,6 +85,7 @@ struct Kernels {
     void (*without_texture)(Window<uint8_t> rows, int width, float least, int16_t* steps);
     void (*median)(const int16_t* above, const int16_t* row, const int16_t* below, int width,
                    int16_t* to);
+    void (*smooth)(Window<int16_t> rows, int width, int16_t* to);
     void (*links_along)(const int16_t* row, int width, int step, uint8_t* scratch, uint64_t* known,
                         uint64_t* before);
     void (*links_up)(const int16_t* row, const int16_t* above, int width, int step,

@@ -20,14 +20,18 @@ int stripes_of(int height) {
     return stripes == 3 ? 2 : stripes;  // shared evenly by two and four threads
 }
 
+constexpr int kMedians = 2 * kReach + 1;  // rows that are smoothed to one
+
 }  // namespace
 
 struct Matcher::Worker {
-    Worker(const Shape& shape, const Tuning& tuning, const Kernels& kernels, int scratch)
-        : rows(shape, tuning, kernels), links(scratch) {}
+    Worker(const Shape& shape, const Tuning& tuning, const Kernels& kernels, int scratch,
+           std::ptrdiff_t pitch)
+        : rows(shape, tuning, kernels), links(scratch), medians(kMedians * pitch) {}
 
     Rows rows;
     Buffer<uint8_t> links;
+    Buffer<int16_t> medians;  // of the rows around one
 };
 
 Matcher::Matcher(const Shape& shape, const Tuning& tuning, int threads, const Kernels& kernels)
@@ -43,7 +47,7 @@ Matcher::Matcher(const Shape& shape, const Tuning& tuning, int threads, const Ke
       pool_(std::min(threads, stripes_)) {
     for (int i = 0; i < pool_.threads(); ++i) {
         workers_.push_back(
-            std::make_unique<Worker>(shape, tuning, kernels, speckles_.scratch()));
+            std::make_unique<Worker>(shape, tuning, kernels, speckles_.scratch(), pitch_));
     }
 }
 
@@ -89,11 +93,27 @@ void Matcher::match_stripe(int stripe, Worker& worker) {
     }
 }
 
+// The row's median of 3 x 3, with its outermost answers repeated beyond the border.
+void Matcher::find_median(int row, Worker& worker) {
+    const int width = shape_.width;
+    int16_t* median = worker.medians.data() + row % kMedians * pitch_ + kMargin;
+    kernels_.median(raw(std::max(row - 1, 0)), raw(row), raw(std::min(row + 1, shape_.height - 1)),
+                    width, median);
+    std::fill_n(median - kReach, kReach, median[0]);
+    std::fill_n(median + width, kReach, median[width - 1]);
+}
+
 void Matcher::filter_stripe(int stripe, Worker& worker) {
-    const int first = first_row(stripe), end = first_row(stripe + 1);
+    const int first = first_row(stripe), end = first_row(stripe + 1), last = shape_.height - 1;
+    const auto median = [&](int row) {
+        return worker.medians.data() + std::clamp(row, 0, last) % kMedians * pitch_ + kMargin;
+    };
+    int next = std::max(first - kReach, 0);
     for (int row = first; row < end; ++row) {
-        kernels_.median(raw(std::max(row - 1, 0)), raw(row),
-                        raw(std::min(row + 1, shape_.height - 1)), shape_.width, filtered(row));
+        for (; next <= std::min(row + kReach, last); ++next) find_median(next, worker);
+        kernels_.smooth({median(row - 2), median(row - 1), median(row), median(row + 1),
+                         median(row + 2)},
+                        shape_.width, filtered(row));
         if (tuning_.speckle_area <= 0) continue;
         speckles_.find_runs(row, filtered(row), worker.links.data());
         if (row > first) connect(row, worker);
@@ -123,7 +143,7 @@ uint8_t* Matcher::confidence(int row) const {
 std::size_t Matcher::bytes() const {
     std::size_t sum = raw_.bytes() + filtered_.bytes() + speckles_.bytes();
     for (const auto& worker : workers_) {
-        sum += worker->rows.bytes() + worker->links.bytes();
+        sum += worker->rows.bytes() + worker->links.bytes() + worker->medians.bytes();
     }
     return sum;
 }

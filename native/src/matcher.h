@@ -38,6 +38,7 @@ private:
     void match_stripe(int stripe, Worker& worker);
     void filter_stripe(int stripe, Worker& worker);
     void finish_stripe(int stripe);
+    void find_median(int row, Worker& worker);
     void connect(int row, Worker& worker);
     uint8_t* confidence(int row) const;  // null where none is wanted
     int first_row(int stripe) const { return stripe * shape_.height / stripes_; }

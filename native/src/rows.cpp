@@ -19,6 +19,7 @@ Rows::Rows(const Shape& shape, const Tuning& tuning, const Kernels& kernels)
       right_(kLoaded * pitch_),
       left_words_(shape.bits > 8 ? kLoaded * pitch_ : 0),
       right_words_(shape.bits > 8 ? kLoaded * pitch_ : 0),
+      thresholds_(pitch_),
       planes_(kPlanes * pitch_),
       mirrored_(kRows * kPlanes * mirror_pitch_),
       outside_(mirror_pitch_),
@@ -102,15 +103,15 @@ void Rows::load(const Image& image, int row, Buffer<uint8_t>& grey,
 
 void Rows::describe(const Buffer<uint8_t>& grey, const Buffer<uint16_t>& words, int row) {
     uint8_t* const planes[kPlanes] = {plane(0), plane(1), plane(2)};
-    const auto window = [&](const auto& rows, auto census) {
+    const auto window = [&](const auto& rows, auto census, auto* scratch) {
         const auto* first = rows.data() + row * pitch_ + kMargin;
         census({first, first + pitch_, first + 2 * pitch_, first + 3 * pitch_, first + 4 * pitch_},
-               shape_.width, planes);
+               shape_.width, scratch, planes);
     };
     if (shape_.bits > 8) {
-        window(words, kernels_.census16);
+        window(words, kernels_.census16, thresholds_.data());
     } else {
-        window(grey, kernels_.census8);
+        window(grey, kernels_.census8, reinterpret_cast<uint8_t*>(thresholds_.data()));
     }
 }
 
@@ -145,7 +146,8 @@ Rows::Around Rows::around(int row) const {
 
 std::size_t Rows::bytes() const {
     return left_.bytes() + right_.bytes() + left_words_.bytes() + right_words_.bytes() +
-           planes_.bytes() + mirrored_.bytes() + outside_.bytes() + padding_.bytes() +
+           thresholds_.bytes() + planes_.bytes() + mirrored_.bytes() + outside_.bytes() +
+           padding_.bytes() +
            four_times_.bytes() + paths_.bytes() + vertical_.bytes() + sums_.bytes() +
            winners_.bytes() + second_.bytes() + right_best_.bytes() + steps_.bytes();
 }

@@ -50,6 +50,7 @@ private:
     const std::ptrdiff_t cells_;         // lanes of a row
     Buffer<uint8_t> left_, right_;       // grey values, as bytes
     Buffer<uint16_t> left_words_, right_words_;  // the same as they came, if that was in words
+    Buffer<uint16_t> thresholds_;
     Buffer<uint8_t> planes_, mirrored_, outside_, padding_;
     Buffer<uint32_t> four_times_;
     Buffer<uint8_t> paths_, vertical_, sums_, winners_;

@@ -43,7 +43,7 @@ def naive_steps(left: UInt8, right: UInt8, search: SearchRange, *, uniqueness: i
     mirrored = np.roll(across[:, ::-1], 1, axis=1)
     back = naive_path(cost[:, ::-1].transpose(1, 0, 2), mirrored.T, smooth.small_step)
     back = back.transpose(1, 0, 2)[:, ::-1]
-    total = np.minimum(ahead + back + naive_path(cost, down, smooth.small_step), OUTSIDE)
+    total = np.minimum(ahead + back + naive_path(cost, down, smooth.small_drop), OUTSIDE)
     return naive_winners(total, search, uniqueness=uniqueness)
 
 
@@ -53,11 +53,17 @@ def penalty(smooth: Smoothness, change: np.ndarray) -> np.ndarray:
 
 
 def census(image: UInt8) -> np.ndarray:
-    wide = np.pad(image, 2, mode="edge")
+    wide = np.pad(image.astype(int), 2, mode="edge")
     height, width = image.shape
+    weights = np.outer([1, 2, 1], [1, 2, 1])
+    mean = sum(
+        weights[v, u] * wide[1 + v : 1 + v + height, 1 + u : 1 + u + width]
+        for v in range(3)
+        for u in range(3)
+    )
     return np.stack(
         [
-            wide[v : v + height, u : u + width] > image
+            wide[v : v + height, u : u + width] > np.minimum(mean // 16 + 1, 255)
             for v in range(5)
             for u in range(5)
             if (u, v) != (2, 2)
@@ -120,10 +126,17 @@ def naive_winners(total: np.ndarray, search: SearchRange, *, uniqueness: int) ->
     return answer
 
 
-def median_of(disparity: Float32, smallest: int) -> Float32:
+def filtered(disparity: Float32, smallest: int) -> Float32:
+    """Return the median of 3 x 3, smoothed over 5 x 5."""
     steps = np.where(np.isnan(disparity), -1, (disparity - smallest) * 64).astype(np.int16)
-    middle = np.asarray(cv2.medianBlur(steps, 3), dtype=np.float32)
-    found = np.where(middle < 0, np.nan, smallest + middle / 64).astype(np.float32)
+    middle = np.asarray(cv2.medianBlur(steps, 3)).astype(int)
+    height, width = middle.shape
+    wide = np.pad(middle, 2, mode="edge")
+    around = np.stack([wide[v : v + height, u : u + width] for v in range(5) for u in range(5)])
+    near = (np.abs(around - middle) <= 96) & (around >= 0)
+    change = ((around - middle) * near).sum(axis=0) / np.maximum(near.sum(axis=0), 1)
+    smooth = middle + np.floor(change.astype(np.float32) + np.float32(0.5))
+    found = np.where(middle < 0, np.nan, smallest + smooth / 64).astype(np.float32)
     there = np.arange(disparity.shape[1]) - found
     return np.where((there >= 0) & (there <= disparity.shape[1] - 1), found, np.float32(np.nan))
 
@@ -133,7 +146,7 @@ def median_of(disparity: Float32, smallest: int) -> Float32:
 def test_it_agrees_with_its_naive_twin_to_the_bit(level: str, smallest: int) -> None:
     left, right = stepped_pair(21, 45)
     search = SearchRange(smallest, 16)
-    expected = median_of(naive_steps(left, right, search, uniqueness=10), smallest)
+    expected = filtered(naive_steps(left, right, search, uniqueness=10), smallest)
     found = NativeMatcher(search, uniqueness=10, speckle_area=0, level=level)(left, right)
     assert np.isfinite(expected).mean() > 0.5
     np.testing.assert_array_equal(found, expected)
@@ -221,12 +234,15 @@ def test_sixteen_bits_are_told_apart_where_eight_would_be_flat() -> None:
     assert np.ptp(flat) == 0
 
 
-def test_bytes_give_one_answer_in_either_width() -> None:
+def test_bytes_give_much_the_same_answer_in_either_width() -> None:
     left, right = stepped_pair(60, 100)
     narrow = NativeMatcher(SearchRange(0, 32))(left, right)
     words = [x.astype(np.uint16) * np.uint16(256) for x in (left, right)]
     wide = NativeMatcher(SearchRange(0, 32))(words[0], words[1])
-    np.testing.assert_array_equal(wide, narrow)
+    # A grey level of 16 bits is finer, and so is what counts as brighter.
+    both = np.isfinite(wide) & np.isfinite(narrow)
+    assert both.mean() > 0.98 * np.isfinite(narrow).mean()
+    assert (np.abs(wide - narrow)[both] < 0.1).mean() > 0.95
 
 
 def test_speckles_go_as_opencv_would_have_them_go() -> None:

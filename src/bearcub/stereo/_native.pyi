@@ -15,6 +15,7 @@ class Matcher:
         disparities: int,
         bits: int,
         small_step: int,
+        small_drop: int,
         large_step: int,
         least_step: int,
         edge_discount: int,

@@ -26,6 +26,7 @@ else:
 
 MOST_DISPARITIES = 256
 _CENSUS = 5  # side of the census's window [px]
+_FATTENING = 1.0  # measured: a pixel less than that of blocks of 5 x 5
 _LARGEST_STEP = 60  # sums of three paths, 24 + 60 each, stay below the mark for "outside", 255
 
 Pixels = NDArray[np.uint8] | NDArray[np.uint16]
@@ -49,7 +50,9 @@ class Smoothness:
     Attributes
     ----------
     small_step : int
-        Of a change by one disparity, P1.
+        Of a change by one disparity along a row, P1.
+    small_drop : int
+        Of the same from one row to the next: less, since there a floor's disparity does change.
     large_step : int
         Of any larger change where the image is even, P2; at most 60.
     least_step : int
@@ -59,14 +62,17 @@ class Smoothness:
     """
 
     small_step: int = 12
+    small_drop: int = 8
     large_step: int = 60
-    least_step: int = 20
-    edge_discount: int = 4
+    least_step: int = 16
+    edge_discount: int = 10
 
     def __post_init__(self) -> None:
-        if not 0 <= self.small_step <= self.least_step <= self.large_step <= _LARGEST_STEP:
+        steps = (0, self.small_drop, self.small_step, self.least_step, self.large_step)
+        if list(steps) != sorted(steps) or self.large_step > _LARGEST_STEP:
             raise InputError(
-                f"{self}: expected 0 <= small_step <= least_step <= large_step <= {_LARGEST_STEP}"
+                f"{self}: expected 0 <= small_drop <= small_step <= least_step <= large_step "
+                f"<= {_LARGEST_STEP}"
             )
         if not 0 <= self.edge_discount <= 255:
             raise InputError(f"{self}: expected an edge_discount from 0 to 255")
@@ -134,6 +140,7 @@ class NativeMatcher(SearchingMatcher):
         _check_range("uniqueness", uniqueness, 0, 100)
         _check_range("bits", bits, 8, 16)
         super().__init__(search, window=_CENSUS)
+        self.fattening = _FATTENING
         self._bits = bits
         self._settings = {
             "smallest": search.smallest,
