@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 
 from bearcub.cli import bench_matchers, bench_video
-from bearcub.cli.bench_tables import as_json, in_words, print_under, stage_table
+from bearcub.cli.bench_tables import as_json, in_words, in_words_ms, print_under, stage_table
 from bearcub.cli.parsing import count, size
 from bearcub.cli.rig_options import add_rig_options
 from bearcub.clock import MonotonicClock
@@ -101,19 +101,17 @@ def _config(args: argparse.Namespace) -> Config:
 
 def _measure_stages(args: argparse.Namespace, config: Config, size: tuple[int, int]) -> None:
     frames, threads = args.frames or _FRAMES, config.matching.threads
-    yardstick = Yardstick(width=size[0], height=size[1], clock=MonotonicClock())
-    results = {
-        case.name: summarise(
-            measure(
-                Pipeline(case.rig, case.config),
-                case.snapshot,
-                frames=frames,
-                threads=threads,
-                between=yardstick,
-            )
+    results, yardsticks = {}, {}
+    for case in cases(size=size, config=config, pair=args.pair):
+        yardstick = Yardstick(width=size[0], height=size[1], clock=MonotonicClock())
+        spent = measure(
+            Pipeline(case.rig, case.config),
+            case.snapshot,
+            frames=frames,
+            threads=threads,
+            between=yardstick,
         )
-        for case in cases(size=size, config=config, pair=args.pair)
-    }
+        results[case.name], yardsticks[case.name] = summarise(spent), yardstick.p50
     if args.json:
         figures = as_json(
             size=list(size),
@@ -121,16 +119,18 @@ def _measure_stages(args: argparse.Namespace, config: Config, size: tuple[int, i
             warm_up=WARM_UP,
             threads=threads,
             budget_ms=FRAME_BUDGET_MS,
-            sgbm_3way_ms=yardstick.p50,
-            cases=[{"name": name, "stages_ms": stages} for name, stages in results.items()],
+            cases=[
+                {"name": name, "stages_ms": stages, "sgbm_3way_ms": yardsticks[name]}
+                for name, stages in results.items()
+            ],
         )
         print(json.dumps(figures))
         return
     print_under(
         f"{size[0]} x {size[1]} px, {frames} frames a case after {WARM_UP} to warm up, "
         f"{in_words(threads)}",
-        stage_table(results, last="total", yardstick=yardstick.p50),
+        stage_table(results, last="total", yardsticks=yardsticks),
         "",
-        f"In turns with it OpenCV's {REFERENCE} matched the sample, {yardstick.count} disparities "
-        f"on one thread, in {yardstick.p50:.1f} ms.",
+        f"In turns with them OpenCV's {REFERENCE} matched the sample, {yardstick.count} "
+        f"disparities on one thread, in {in_words_ms(yardsticks.values())}.",
     )

@@ -1,6 +1,5 @@
 """What the benchmarks print alike: where they ran, and a table of milliseconds."""
 
-import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -28,6 +27,18 @@ def in_words(threads: int) -> str:
     return "one thread" if threads == 1 else f"{threads} threads"
 
 
+def in_words_ms(times: Iterable[float]) -> str:
+    """Return milliseconds as text, one number or from the least to the most.
+
+    Examples
+    --------
+    >>> in_words_ms([43.21]), in_words_ms([64.4, 43.21])
+    ('43.2 ms', '43.2 to 64.4 ms')
+    """
+    texts = [f"{time:.1f}" for time in sorted(times)]
+    return f"{' to '.join(dict.fromkeys([texts[0], texts[-1]]))} ms"
+
+
 def as_json(**figures: Any) -> dict[str, Any]:
     """Return what every benchmark says of itself, and its figures."""
     return {"schema": SCHEMA, "machine": machine(), **figures}
@@ -44,7 +55,9 @@ def print_under(heading: str, *parts: RenderableType) -> None:
     )
 
 
-def stage_table(results: Mapping[str, Summary], *, last: str, yardstick: float = math.nan) -> Table:
+def stage_table(
+    results: Mapping[str, Summary], *, last: str, yardsticks: Mapping[str, float] | None = None
+) -> Table:
     """Return the milliseconds of every stage of every case.
 
     Parameters
@@ -53,12 +66,12 @@ def stage_table(results: Mapping[str, Summary], *, last: str, yardstick: float =
         A summary for every case.
     last : str
         The stage that sums the others up.
-    yardstick : float
-        What OpenCV's matcher took in the same run [ms], to compare every median with.
+    yardsticks : mapping of str to float, optional
+        What OpenCV's matcher took in turns with every case [ms], to compare the medians with.
     """
     titles = ["p50 [ms]", "p99 [ms]", "max [ms]", f"of {FRAME_BUDGET_MS:.1f} ms"]
-    compared = not math.isnan(yardstick)
-    titles += [f"of {REFERENCE}"] * compared
+    if yardsticks:
+        titles.append(f"of {REFERENCE}")
     table = empty_table(("Case", "Stage"), titles)
     for name, stages in results.items():
         for stage, spent in stages.items():
@@ -67,7 +80,7 @@ def stage_table(results: Mapping[str, Summary], *, last: str, yardstick: float =
                 stage,
                 *(f"{spent[key]:.2f}" for key in ("p50", "p99", "max")),
                 f"{100 * spent['share']:.1f} %",
-                *([f"{spent['p50'] / yardstick:.3f}"] * compared),
+                *([f"{spent['p50'] / yardsticks[name]:.3f}"] if yardsticks else []),
                 style="bold" if stage == last else "",
             )
     return table
