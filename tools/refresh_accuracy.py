@@ -38,10 +38,11 @@ takes a small part of the simulated frames and fails when a figure falls below i
   it on the machine that they were promised for. What is left is some four hundred NumPy calls of
   5 to 50 microseconds; no stage stands out.
 * **Recall of large obstacles** (93 %): in dusk 79 % of them are found, in any other light 95 to
-  99 %; the rest are mostly thin dark plates and lying pieces beyond 6 m. The baselines find 93 to 98 % of the large ones in the same disparity,
-  with 325 to 3,100 false obstacles in 1,000 frames of empty floor where we have none: our
-  tolerance, and the second look at the images, ask for more evidence than noisy pictures give.
-  What is not believed shows as unseen ground, which is not free.
+  99 %; the rest are mostly thin dark plates and lying pieces beyond 6 m. The baselines find 93 to
+  98 % of the large ones in the same disparity, with 325 to 3,100 false obstacles in 1,000 frames
+  of empty floor where we have none: our tolerance, and the second look at the images, ask for
+  more evidence than noisy pictures give. What is not believed shows as unseen ground, which is
+  not free.
 * **The box of 10 cm at 4 m** stands 1 px of disparity above the floor at its top, half of that in
   the mean; the matcher's smoothness and the registration window of 9 px leave less. Finding it
   needs a matcher that keeps such steps.
