@@ -314,3 +314,8 @@ def test_what_it_cannot_do_is_refused_in_a_sentence() -> None:
         matcher(image, image[:, :-1])
     with pytest.raises(InputError, match="right: expected an image of uint8 or uint16"):
         matcher(image, image.astype(np.float32))  # type: ignore[arg-type]
+
+
+def test_words_of_eight_bits_are_refused_in_one_sentence() -> None:
+    with pytest.raises(InputError, match="bits = 8: must be from 9 to 16"):
+        NativeMatcher(SearchRange(0, 32), bits=8)

@@ -98,7 +98,7 @@ class NativeMatcher(SearchingMatcher):
     smoothness : Smoothness
         The penalties P1 and P2.
     bits : int
-        Of a grey value in images of uint16, 8 to 16.
+        Of a grey value in images of uint16, 9 to 16.
     threads : int
         That work at the same time, four at most.
     level : str, optional
@@ -138,7 +138,7 @@ class NativeMatcher(SearchingMatcher):
             )
         _check_range("smallest disparity", search.smallest, -(2**13), 2**13)
         _check_range("uniqueness", uniqueness, 0, 100)
-        _check_range("bits", bits, 8, 16)
+        _check_range("bits", bits, 9, 16)
         super().__init__(search, window=_CENSUS)
         self.fattening = _FATTENING
         self._bits = bits
