@@ -33,20 +33,7 @@ def board(*, noise: float = 0.0, bias: float = 0.0, seed: int = 0, keep: float =
     rng = np.random.default_rng(seed)
     kept = rng.random(len(u)) < keep
     d = (10.0 + rng.normal(0, noise, len(u))).astype(np.float32)
-    return measure(
-        VIEW,
-        LEVEL_FLOOR,
-        u[kept],
-        v[kept],
-        d[kept],
-        noise=max(noise, 0.1),
-        bias=bias,
-        fattening=0.0,
-        fringe=0.0,
-        witnessed=False,
-        stride=1,
-        pixels=int(kept.sum()),
-    )
+    return measured(u[kept], v[kept], d[kept], noise=max(noise, 0.1), bias=bias)
 
 
 def test_optical_pixels_become_points_in_base_link() -> None:
@@ -109,20 +96,7 @@ def test_a_thing_turned_round_the_robot_keeps_its_size() -> None:
     )
     u, v = (grid.ravel().astype(float) for grid in np.meshgrid(range(140, 180), range(170, 230)))
     d = np.full(len(u), 10.0, dtype=np.float32)
-    found = measure(
-        turned,
-        LEVEL_FLOOR,
-        u,
-        v,
-        d,
-        noise=0.1,
-        bias=0.0,
-        fattening=0.0,
-        fringe=0.0,
-        witnessed=False,
-        stride=1,
-        pixels=len(u),
-    )
+    found = measured(u, v, d, view=turned)
     assert found.x == pytest.approx(4.5, abs=0.02)  # the camera is 0.5 m before the origin
     assert found.top == pytest.approx(0.80, abs=0.015)
     assert found.width == pytest.approx(0.40, abs=0.02)
@@ -158,16 +132,24 @@ def test_dent_is_wrong_matches_only_where_noise_is_large(noise: float, nearest: 
     assert measured(u, v, d, noise=noise).distance == pytest.approx(nearest, rel=0.03)
 
 
-def measured(u: Float64, v: Float64, d: Float32, *, noise: float = 0.1) -> Extent:
+def measured(
+    u: Float64,
+    v: Float64,
+    d: Float32,
+    *,
+    view: View = VIEW,
+    noise: float = 0.1,
+    bias: float = 0.0,
+) -> Extent:
     """Measure what fills these pixels."""
     return measure(
-        VIEW,
+        view,
         LEVEL_FLOOR,
         u,
         v,
         d,
         noise=noise,
-        bias=0.0,
+        bias=bias,
         fattening=0.0,
         fringe=0.0,
         witnessed=False,

@@ -161,14 +161,12 @@ def measure(
     sigma_distance = distance * spread / d_near
     width = 0.0 if narrow else _chord(ranges, left - right)
     edge = math.hypot(_EDGE, 0.5 * fringe) * pixel
-    side = edge * distance
     row = median(reach) * pixel
-    low, high = _ends(z, stride * row, share=_TOP)
-    high = max(high - fattening * row, low + row)
+    low, high = _heights(z, row, stride=stride, fattening=fattening)
     lift = surface.lift(_BEFORE * d_near)
     front = z[reach < distance + _STEP + 3 * sigma_distance]
     risen = quantile(front, 0.9) if len(front) else low
-    drop = abs(view.origin[2] - high)
+    drop = abs(view.origin[2] - high) / d_near  # of height, by a pixel of disparity
     return Extent(
         x=distance * math.cos(bearings[nearest]),
         y=distance * math.sin(bearings[nearest]),
@@ -188,11 +186,11 @@ def measure(
         climb=math.nan if witnessed and risen - lift > RISEN * (high - lift) else _climb(reach, z),
         sigma_distance=sigma_distance,
         sigma_bearing=edge / math.sqrt(2),
-        sigma_width=math.hypot(math.sqrt(2) * side, width * spread / d_near, _BLURRED * width),
-        # a visible top face is as thick as its noise, and ends higher for it
-        sigma_top=math.hypot(
-            side, drop * spread / d_near, fattening * row, 2 * drop * noise / d_near
+        sigma_width=math.hypot(
+            math.sqrt(2) * edge * distance, width * spread / d_near, _BLURRED * width
         ),
+        # a visible top face is as thick as its noise, and ends higher for it
+        sigma_top=math.hypot(edge * distance, drop * spread, fattening * row, 2 * drop * noise),
     )
 
 
@@ -230,6 +228,12 @@ def _sides(
     if left - right <= (2 * fringe + 1) * pixel:
         return right, left, True
     return right + fringe * pixel, left - fringe * pixel, False
+
+
+def _heights(z: Float64, row: float, *, stride: int, fattening: float) -> tuple[float, float]:
+    """Return the heights of a thing's lower end and, without what the matcher adds, its top [m]."""
+    low, high = _ends(z, stride * row, share=_TOP)
+    return low, max(high - fattening * row, low + row)
 
 
 def _ends(values: Float64, step: float, *, share: float) -> tuple[float, float]:

@@ -235,7 +235,7 @@ class CallableMatcher:
                 f"the matcher's answer: expected the images' shape {left.shape[:2]}, "
                 f"found {answer.shape}"
             )
-        return _inside(np.where(np.isfinite(answer), answer, np.float32(np.nan)))
+        return inside(np.where(np.isfinite(answer), answer, np.float32(np.nan)))
 
 
 def left_right_check(left: Float32, right: Float32, *, largest_difference: float) -> Float32:
@@ -267,11 +267,17 @@ def _match(core: Any, left: UInt8, right: UInt8, search: SearchRange) -> Float32
     disparity = steps.astype(np.float32)
     disparity *= 1.0 / _STEPS
     disparity[steps < search.smallest * _STEPS] = np.nan  # OpenCV: (smallest - 1) * 16
-    return _inside(disparity)
+    return inside(disparity)
 
 
-def _inside(disparity: Float32) -> Float32:
-    """Return `disparity` with NaN where the match lies outside the right image."""
+def inside(disparity: Float32) -> Float32:
+    """Return `disparity`, changed in place, with NaN where the match is outside the right image.
+
+    Parameters
+    ----------
+    disparity : ndarray of float32, shape (H, W)
+        [px], NaN unmatched.
+    """
     width = disparity.shape[1]
     columns = np.arange(width, dtype=np.float32)
     outside = (disparity > columns) | (disparity < columns - (width - 1))

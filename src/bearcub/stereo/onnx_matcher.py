@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from bearcub.errors import ConfigError, FormatError, InputError
 from bearcub.messages import Float32, UInt8
 from bearcub.stereo.images import grey, mirrored
-from bearcub.stereo.matchers import SearchRange, left_right_check
+from bearcub.stereo.matchers import SearchRange, inside, left_right_check
 
 _MULTIPLE = 32  # of its sides a model of any size wants its images [px]: it halves them five times
 _UNCHECKED = 100.0  # a left-right difference that everything passes [px]
@@ -182,11 +182,8 @@ class OnnxMatcher:
         disparity = min(found, -found, key=self._beyond_infinity)
         noise = (disparity < self.smallest) & (disparity >= self.smallest - 1)
         disparity = np.where(noise, np.float32(self.smallest), disparity)
-        columns = np.arange(found.shape[1], dtype=np.float32)
-        least = np.maximum(columns - (found.shape[1] - 1), self.smallest)
-        most = np.minimum(columns, self.largest)
-        sound = (disparity >= least) & (disparity <= most)
-        return np.where(sound, disparity, np.float32(np.nan))
+        sound = (disparity >= self.smallest) & (disparity <= self.largest)
+        return inside(np.where(sound, disparity, np.float32(np.nan)))
 
     def _beyond_infinity(self, disparity: Float32) -> float:
         return float(np.nansum(np.maximum(self.smallest - disparity, 0)))
