@@ -16,7 +16,7 @@ from bearcub.config import Config
 from bearcub.devices.images import read_image
 from bearcub.errors import InputError
 from bearcub.geometry import base_from_optical, forward_in_camera
-from bearcub.messages import Float32, Float64, Snapshot, Tilt, Timing
+from bearcub.messages import Float32, Float64, Snapshot, Tilt, Timing, UInt8
 from bearcub.rig import Rig
 from bearcub.runtime.loop import Stage
 from bearcub.stereo import StereoStage
@@ -69,9 +69,7 @@ def cases(*, size: tuple[int, int], config: Config, pair: bool = False) -> list[
     if min(size) < 64:
         raise InputError(f"size {width}x{height}: expected at least 64 px each")
     rig = Rig.load(found.rig).for_image(width=width, height=height)
-    left, right = (
-        shrunk(read_image(path), width=width, height=height) for path in (found.left, found.right)
-    )
+    left, right = sample_pair(width=width, height=height)
     match = StereoStage.for_rig(rig.camera, rig.mount, config.matching)
     matched = match(left, right).disparity - np.float32(rig.camera.doffs)
     matched.flags.writeable = False
@@ -97,6 +95,21 @@ def cases(*, size: tuple[int, int], config: Config, pair: bool = False) -> list[
         )
         for matcher in matchers
     ]
+
+
+def sample_pair(*, width: int, height: int) -> tuple[UInt8, UInt8]:
+    """Return the sample's images in this size [px], of its aspect, colour as BGR.
+
+    Raises
+    ------
+    InputError
+        If the aspect is another.
+    """
+    found = sample.load()
+    left, right = (
+        shrunk(read_image(path), width=width, height=height) for path in (found.left, found.right)
+    )
+    return left, right
 
 
 def wall_disparity(rig: Rig, *, distance: float = _WALL, seed: int = 0) -> Float32:

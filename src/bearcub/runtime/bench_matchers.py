@@ -13,14 +13,13 @@ from typing import Any
 import cv2
 import numpy as np
 
-from bearcub import sample
 from bearcub.clock import Clock
 from bearcub.devices.images import read_image
 from bearcub.errors import InputError
 from bearcub.messages import Float32, Float64, UInt8
-from bearcub.runtime.bench import on_threads
+from bearcub.runtime.bench import on_threads, sample_pair
 from bearcub.stereo import read_disparity
-from bearcub.stereo.images import grey, shrunk
+from bearcub.stereo.images import grey
 from bearcub.stereo.matchers import SearchRange
 from bearcub.stereo.native import MOST_DISPARITIES, NativeMatcher, reason_missing
 
@@ -178,11 +177,8 @@ class Yardstick:
     """
 
     def __init__(self, *, width: int, height: int, clock: Clock) -> None:
-        found = sample.load()
-        self._pair = tuple(
-            grey(shrunk(read_image(path), width=width, height=height))
-            for path in (found.left, found.right)
-        )
+        left, right = sample_pair(width=width, height=height)
+        self._pair = grey(left), grey(right)
         self.count = disparities_for(width)
         self._match = {REFERENCE: sgbm(self.count)}
         self._clock = clock
@@ -190,9 +186,8 @@ class Yardstick:
 
     def __call__(self) -> None:
         """Match the pair once, on one thread."""
-        left, right = self._pair
         with on_threads(1):
-            times = take_turns(self._match, (left, right), rounds=1, clock=self._clock)
+            times = take_turns(self._match, self._pair, rounds=1, clock=self._clock)
         self._spent.append(float(times[REFERENCE][0]))
 
     @property

@@ -10,12 +10,11 @@ import cv2
 import numpy as np
 
 from bearcub import sample
-from bearcub.devices.images import read_image
 from bearcub.errors import DeviceError
 from bearcub.messages import UInt8
 from bearcub.rig import Rig
 from bearcub.rig.camera import Lens
-from bearcub.stereo.images import shrunk
+from bearcub.runtime.bench import sample_pair
 
 _BARREL = (-0.08, 0.01, 0.0, 0.0)  # moves the corners by 7 % of their distance from the centre
 _SHAKE = 3  # to each side [px]
@@ -48,16 +47,13 @@ def sample_video(*, size: tuple[int, int], frames: int) -> Iterator[tuple[Path, 
     DeviceError
         If there is no room for the video.
     """
-    found = sample.load()
     width, height = size
-    rig = Rig.load(found.rig).for_image(width=width, height=height)
+    rig = Rig.load(sample.load().rig).for_image(width=width, height=height)
     camera = rig.camera
     lens = Lens(fx=camera.fx, fy=camera.fy, cx=camera.cx, cy=camera.cy, distortion=_BARREL)
     lenses = lens, replace(lens, cx=camera.cx + camera.doffs)
-    raw = [
-        _through(lens, shrunk(read_image(path), width=width, height=height))
-        for lens, path in zip(lenses, (found.left, found.right), strict=True)
-    ]
+    pair = sample_pair(width=width, height=height)
+    raw = [_through(lens, image) for lens, image in zip(lenses, pair, strict=True)]
     with TemporaryDirectory() as folder:
         path = Path(folder) / "sample.avi"
         _write(path, raw, frames=frames)
