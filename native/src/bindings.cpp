@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "after_bindings.h"
 #include "levels.h"
 #include "matcher.h"
 #include "refiner.h"
@@ -86,7 +87,7 @@ void refine(Refiner& refiner, const Map<const uint8_t>& left, const Map<const ui
 }  // namespace
 
 NB_MODULE(_native, m) {
-    m.doc() = "Kernels of the stereo stage, compiled.";
+    m.doc() = "Kernels of the stages, compiled.";
     m.def("levels", &names, "Instruction sets that this machine runs, the best first.");
     nb::class_<Matcher>(m, "Matcher", "Semi-global matching of pairs of one shape.")
         .def(
@@ -118,6 +119,7 @@ NB_MODULE(_native, m) {
             },
             nb::kw_only(), "height"_a, "width"_a, "threads"_a, "level"_a.none())
         .def("refine", &refine, "left"_a, "right"_a, "disparity"_a, "refined"_a);
+    bind_after(m);
 }
 
 }  // namespace bearcub

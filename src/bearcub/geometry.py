@@ -150,6 +150,11 @@ class Projection:
     cy: float
     baseline: float
 
+    @property
+    def numbers(self) -> tuple[float, float, float, float, float]:
+        """Everything in one tuple: fx, fy, cx, cy, baseline."""
+        return self.fx, self.fy, self.cx, self.cy, self.baseline
+
     def plane(self, *, height: float, down: Float64) -> Float64:
         """Return (a, b, c) of the floor's disparity ``a u + b v + c`` [px].
 

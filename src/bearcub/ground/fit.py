@@ -14,6 +14,7 @@ References
 import math
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -21,8 +22,10 @@ from bearcub.geometry import Float64, Projection, down_vector
 from bearcub.ground.prior import Prior
 from bearcub.messages import Bool, Float32
 from bearcub.robust import quantile
+from bearcub.stereo.native import COMPILED, core
 
-_TRIPLES = 200
+_TRIPLES, _SEED = 200, 0  # the same map gives the same floor
+_INCLINED = np.radians([-6.0, -3.0, 0.0, 3.0, 6.0])  # pitch and roll about the expected ones
 _SCORED = 700  # pixels a proposal is scored on
 _FINALISTS = 16  # proposals that are scored on all of these
 _REFINED = 4200  # pixels the refinement uses
@@ -75,6 +78,36 @@ class PlaneFit:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class _Refined:
+    """A refined plane and what its uncertainty follows from.
+
+    `normal` is the matrix of its equations, shape (3, 3); `here`, `on` and `above` are how many
+    pixels of the grid, of every `stride`-th column and row, lie just ahead, on it and above it.
+    """
+
+    plane: Float64
+    noise: float
+    normal: Float64
+    here: int
+    on: int
+    above: int
+    stride: int
+
+    def summary(self) -> PlaneFit:
+        """Return the fit with its covariance."""
+        each = max(1.0, _CORRELATED / self.stride**2)
+        covariance: Float64 = each * np.asarray(np.linalg.inv(self.normal), dtype=np.float64)
+        covariance[2, 2] += _LOCKING**2
+        return PlaneFit(
+            plane=self.plane,
+            covariance=covariance,
+            noise=self.noise,
+            support=self.on / max(1, self.here - self.above),
+            count=self.on * self.stride**2,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class _Pixels:
     """A grid of measured pixels: homogeneous coordinates (3, N), disparities (N,), its area."""
 
@@ -99,7 +132,7 @@ def fit_plane(
     gates: Gates,
     *,
     unevenness: float,
-    seed: int = 0,
+    compiled: bool = COMPILED,
 ) -> PlaneFit | None:
     """Fit the floor to a disparity map.
 
@@ -114,18 +147,26 @@ def fit_plane(
         Where to look at all.
     unevenness : float
         Height of bumps that are still floor [m].
-    seed : int
-        Of the random triples; the same map gives the same floor.
+    compiled : bool
+        By the native core, ``native/src/fit.cpp``; else by NumPy.
 
     Returns
     -------
     PlaneFit or None
         None when no plane within the gates finds support.
     """
+    find = _compiled if compiled else _in_numpy
+    refined = find(disparity, projection, prior, gates, unevenness)
+    return None if refined is None else refined.summary()
+
+
+def _in_numpy(
+    disparity: Float32, projection: Projection, prior: Prior, gates: Gates, unevenness: float
+) -> _Refined | None:
     pixels = _sample(disparity, projection, prior)
     if len(pixels.d) < 50:
         return None
-    planes = np.concatenate([_prior_planes(projection, prior), _triples(pixels, seed)])
+    planes = np.concatenate([_prior_planes(projection, prior), _triples(pixels)])
     allowed, remoteness = _within(planes, projection, prior, gates)
     planes = planes[allowed]
     if len(planes) == 0:
@@ -136,6 +177,59 @@ def fit_plane(
         return None
     height, _ = projection.floor(best)
     return _refine(pixels, best, projection, prior, gates, unevenness / height)
+
+
+def _compiled(
+    disparity: Float32, projection: Projection, prior: Prior, gates: Gates, unevenness: float
+) -> _Refined | None:
+    sigma = prior.sigma.tolist()
+    expected = (
+        prior.height,
+        prior.pitch,
+        prior.roll,
+        *sigma,
+        gates.height,
+        gates.pitch,
+        gates.roll,
+    )
+    found = core.fit_plane(disparity, projection.numbers, expected, unevenness, _tuning())
+    if found is None:
+        return None
+    plane, noise, normal, here, on, above, stride = found
+    return _Refined(
+        plane=np.array(plane),
+        noise=noise,
+        normal=np.array(normal),
+        here=here,
+        on=on,
+        above=above,
+        stride=stride,
+    )
+
+
+@cache
+def _tuning() -> Any:
+    return core.FitTuning(
+        draws=_draws().ravel().tolist(),
+        steps=_INCLINED.tolist(),
+        scored=_SCORED,
+        finalists=_FINALISTS,
+        refined=_REFINED,
+        anneal=_ANNEAL,
+        least_steps=_STEPS,
+        most_steps=_MOST_STEPS,
+        settled=_SETTLED,
+        few=_FEW,
+        least_noise=_NOISE[0],
+        most_noise=_NOISE[1],
+        remote=_REMOTE,
+        below=_BELOW,
+        near=_NEAR,
+        whole=_WHOLE,
+        half_width=_HALF_WIDTH,
+        close=_CLOSE,
+        biweight=_BIWEIGHT,
+    )
 
 
 def _sample(disparity: Float32, projection: Projection, prior: Prior) -> _Pixels:
@@ -164,26 +258,25 @@ def _sample(disparity: Float32, projection: Projection, prior: Prior) -> _Pixels
 
 def _prior_planes(projection: Projection, prior: Prior) -> Float64:
     """Return the prior's plane and some inclined about it, for floors too rough for triples."""
-    steps = np.radians([-6.0, -3.0, 0.0, 3.0, 6.0])
     down = down_vector(
-        roll=prior.roll + np.tile(steps, len(steps)),
-        pitch=prior.pitch + np.repeat(steps, len(steps)),
+        roll=prior.roll + np.tile(_INCLINED, len(_INCLINED)),
+        pitch=prior.pitch + np.repeat(_INCLINED, len(_INCLINED)),
     )
     return projection.plane(height=prior.height, down=down).T
 
 
 @cache
-def _draws(seed: int) -> Float64:
+def _draws() -> Float64:
     """Return random numbers from 0 to 1, shape (3, triples)."""
-    return np.random.default_rng(seed).random((3, _TRIPLES))
+    return np.random.default_rng(_SEED).random((3, _TRIPLES))
 
 
-def _triples(pixels: _Pixels, seed: int) -> Float64:
+def _triples(pixels: _Pixels) -> Float64:
     """Propose planes through random triples of floor-like pixels, shape (N, 3)."""
     candidates = np.flatnonzero(pixels.floorlike)
     if len(candidates) < 30:
         return np.zeros((0, 3))
-    pick = candidates[(_draws(seed) * len(candidates)).astype(np.int64)]
+    pick = candidates[(_draws() * len(candidates)).astype(np.int64)]
     u, v, _ = pixels.uv1[:, pick]
     d = pixels.d[pick]
     (u1, u2), (v1, v2), (d1, d2) = u[1:] - u[0], v[1:] - v[0], d[1:] - d[0]
@@ -254,7 +347,7 @@ def _refine(
     prior: Prior,
     gates: Gates,
     bump: float,
-) -> PlaneFit | None:
+) -> _Refined | None:
     """Sharpen a proposed plane on all pixels of the grid that lie near ahead."""
     uv1, d = pixels.uv1, pixels.d
     lateral = (uv1[0] - projection.cx) * projection.baseline / d
@@ -315,22 +408,18 @@ def _summary(
     weight: Float64,
     bump: float,
     nearest: float,
-) -> PlaneFit:
+) -> _Refined:
     floor = plane @ pixels.uv1
     residual = pixels.d - floor
     variance = scale**2 + (0.5 * bump * pixels.d) ** 2
     off = residual * residual / variance
     here = floor > _NEAR * nearest
-    on = int(np.count_nonzero(here & (off < 9.0)))
-    above = int(np.count_nonzero(here & (off >= 9.0) & (residual > 0)))
-    normal = (pixels.uv1 * (weight / variance)) @ pixels.uv1.T
-    each = max(1.0, _CORRELATED / pixels.stride**2)
-    covariance: Float64 = each * np.asarray(np.linalg.inv(normal), dtype=np.float64)
-    covariance[2, 2] += _LOCKING**2
-    return PlaneFit(
+    return _Refined(
         plane=plane,
-        covariance=covariance,
         noise=scale,
-        support=on / max(1, int(np.count_nonzero(here)) - above),
-        count=on * pixels.stride**2,
+        normal=(pixels.uv1 * (weight / variance)) @ pixels.uv1.T,
+        here=int(np.count_nonzero(here)),
+        on=int(np.count_nonzero(here & (off < 9.0))),
+        above=int(np.count_nonzero(here & (off >= 9.0) & (residual > 0))),
+        stride=pixels.stride,
     )

@@ -9,38 +9,32 @@ that stands on the floor can disturb, is the noise at that level: matchers are w
 """
 
 import math
-from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bearcub.geometry import Float64, Projection
+from bearcub.ground import tracker as following
+from bearcub.ground.tracker import CORRELATED, LEAST, Tracker
 from bearcub.messages import Float32
 from bearcub.robust import median, quantile
+from bearcub.stereo.native import COMPILED, core
 
 _KNEE = 8.0  # level from which on bins are narrow [px]
 _NEAR_BIN, _FAR_BIN = 1.05, 1.12  # ratio of the levels that bound a bin
 _NEAR_BINS = 40  # most of the narrow ones
-_APART = 256.0  # of the bins in a key that sorts by bin, then residual: more than any residual [px]
-_IQR = 0.7413  # 1-sigma over the interquartile range of a normal distribution
+_APART, _MOST = 256.0, 126.0  # of the bins in a key that sorts by bin, then residual; and most of
+# that [px]
 _FARTHEST = 1.0  # least disparity of the floor that is followed [px]
 _ROWS, _COLUMNS = 160, 64  # of the image that are looked at: far levels lie in few rows
 _HALF_WIDTH = 2.0  # of the way ahead [m]
-_LEAST = 12  # pixels of a bin
-_SHARE = 0.25  # of a bin's pixels that must lie on the profile
-_STEP = 0.01  # change of height between neighbouring bins that is no step [m]
-_CORRELATED = 12.0  # neighbouring pixels of a matcher that err together
 _JUST_AHEAD = 0.62  # share of the nearest level to which the floor just ahead reaches
 _BENT = 0.06  # least bend of the floor just ahead that is corrected [px]
-_DEEP = 7.0  # times the noise below the floor, where noise does not reach
-_AGAIN = 3  # bins on one level beyond a step up that are ground again
-_HIGHEST_STEP = 0.5  # of the camera's height
-_MIXED = 2.5  # spread of several surfaces, over the noise of one
-_SMALLEST = 0.1  # least noise believed [px]
-_LARGEST = 1.5  # largest noise believed [px]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,6 +74,7 @@ def follow_floor(
     height: float,
     pitch: float,
     steepest: float,
+    compiled: bool = COMPILED,
 ) -> Profile:
     """Follow the floor outwards from the robot.
 
@@ -96,33 +91,127 @@ def follow_floor(
         Of the camera against that plane [m], [rad].
     steepest : float
         Steepest ground that is followed [rad].
+    compiled : bool
+        By the native core, ``native/src/profile.cpp``; else by NumPy.
 
     Returns
     -------
     Profile
         Of length 0 where too little floor is seen.
     """
-    level, residual, lateral, share = _samples(disparity, projection, plane)
-    if len(level) < 10 * _LEAST:
-        none = np.zeros(0)
-        return Profile(knots=none, bend=none, noise=none, error=none)
+    start = _Start(
+        plane=plane, noise=noise, height=height, pitch=pitch, steepest=math.tan(steepest)
+    )
+    follow = _compiled if compiled else _in_numpy
+    return follow(disparity, projection, start).profile()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Start:
+    """What is known of the floor before it is followed; `steepest` is a tangent."""
+
+    plane: Float64
+    noise: float
+    height: float
+    pitch: float
+    steepest: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Followed:
+    """Level, bend, noise and error of the bins in which floor was followed, outwards.
+
+    `parts` are the first bins of every piece of ground, which steps part; `end` is the level to
+    which it was followed, 0 where nothing ended it.
+    """
+
+    bins: Sequence[Sequence[float]]
+    parts: list[int]
+    end: float
+
+    def profile(self) -> Profile:
+        """Return what was found as a profile, its bend and noise smoothed."""
+        if not self.bins:
+            none = np.zeros(0)
+            return Profile(knots=none, bend=none, noise=none, error=none)
+        knots, bends, noises, errors = np.array(self.bins).T
+        pieces = [_smooth(bends[a:b]) for a, b in pairwise([*self.parts, len(bends)])]
+        return Profile(
+            knots=knots[::-1],
+            bend=np.concatenate(pieces)[::-1],
+            noise=_never_better_far(noises[::-1]),
+            error=errors[::-1],
+            step=float(knots[self.parts[1]]) if len(self.parts) > 1 else 0.0,
+            end=self.end,
+        )
+
+
+def _compiled(disparity: Float32, projection: Projection, start: _Start) -> _Followed:
+    bins, parts, end = core.follow_floor(
+        disparity,
+        projection.numbers,
+        start.plane.tolist(),
+        start.noise,
+        start.height,
+        start.pitch,
+        start.steepest,
+        _tuning(),
+    )
+    return _Followed(bins=bins, parts=parts, end=end)
+
+
+@cache
+def _tuning() -> Any:
+    return core.ProfileTuning(
+        knee=_KNEE,
+        near_bin=_NEAR_BIN,
+        far_bin=_FAR_BIN,
+        near_bins=_NEAR_BINS,
+        iqr=following.IQR,
+        farthest=_FARTHEST,
+        rows=_ROWS,
+        columns=_COLUMNS,
+        half_width=_HALF_WIDTH,
+        least=LEAST,
+        share=following.SHARE,
+        step=following.STEP,
+        correlated=CORRELATED,
+        deep=following.DEEP,
+        again=following.AGAIN,
+        highest_step=following.HIGHEST_STEP,
+        mixed=following.MIXED,
+        smallest=following.SMALLEST,
+        largest=following.LARGEST,
+        rounding=following.ROUNDING,
+        most=_MOST,
+    )
+
+
+def _in_numpy(disparity: Float32, projection: Projection, start: _Start) -> _Followed:
+    level, residual, lateral, share = _samples(disparity, projection, start.plane)
+    found: list[list[float]] = []
+    end = 0.0
+    parts = [0]  # where ground begins again beyond a step
+    if len(level) < 10 * LEAST:
+        return _Followed(bins=found, parts=parts, end=end)
     edges = _edges(quantile(level, 0.995) + 1e-6)
     index = np.searchsorted(edges, level) - 1
     bins = _sorted_bins(index[::2], residual[::2], len(edges) - 1)
     way = np.abs(lateral) < _HALF_WIDTH
     ways = _sorted_bins(index[way], residual[way], len(edges) - 1)
     centres = np.sqrt(edges[:-1] * edges[1:]).tolist()
-    depth = projection.fx * projection.baseline / math.cos(pitch)
-    tracker = _Tracker(height=height, depth=depth, steepest=math.tan(steepest), noise=noise)
-    found: list[list[float]] = []
-    end = 0.0
-    parts = [0]  # where ground begins again beyond a step
+    tracker = Tracker(
+        height=start.height,
+        depth=projection.fx * projection.baseline / math.cos(start.pitch),
+        steepest=start.steepest,
+        noise=start.noise,
+    )
     for centre, here, ahead in zip(reversed(centres), reversed(bins), reversed(ways), strict=True):
-        if len(here) >= _LEAST:
-            bend = tracker.advance(centre, ahead if len(ahead) >= _LEAST else here)
+        if len(here) >= LEAST:
+            bend = tracker.advance(centre, ahead if len(ahead) >= LEAST else here)
             spread = tracker.spread(here, bend)
             # where little of the floor is seen, what is seen errs together
-            error = spread / (share * tracker.share**2) * math.sqrt(_CORRELATED / len(here))
+            error = spread / (share * tracker.share**2) * math.sqrt(CORRELATED / len(here))
             found.append([centre, bend, spread, error])
             if tracker.regained:
                 parts.append(len(found) - tracker.regained)
@@ -130,16 +219,7 @@ def follow_floor(
                     entry[1:3] = [tracker.bend_at(entry[0]), spread]
                 tracker.regained = 0
             end = (end or centre) if tracker.ended else 0.0
-    knots, bends, noises, errors = np.array(found).T
-    pieces = [_smooth(bends[a:b]) for a, b in pairwise([*parts, len(bends)])]
-    return Profile(
-        knots=knots[::-1],
-        bend=np.concatenate(pieces)[::-1],
-        noise=_never_better_far(noises[::-1]),
-        error=errors[::-1],
-        step=float(knots[parts[1]]) if len(parts) > 1 else 0.0,
-        end=end,
-    )
+    return _Followed(bins=found, parts=parts, end=end)
 
 
 def _edges(nearest: float) -> Float64:
@@ -162,7 +242,7 @@ def _sorted_bins(index: NDArray[np.int64], residual: Float64, count: int) -> lis
     many times faster than as arrays.
     """
     limit = 0.5 * _APART
-    keys = index * _APART + np.minimum(np.maximum(residual, -0.99 * limit), 0.99 * limit)
+    keys = index * _APART + np.minimum(np.maximum(residual, -_MOST), _MOST)
     keys.sort()
     ends = np.searchsorted(keys, np.arange(count + 1) * _APART - limit).tolist()
     values = (keys - np.rint(keys / _APART) * _APART).tolist()
@@ -237,129 +317,6 @@ def _samples(
     lateral = (u - projection.cx)[index % len(u)] * projection.baseline
     level = level.ravel()[index]
     return level, d.ravel()[index] - level, lateral / level, share
-
-
-class _Tracker:
-    """Where the profile is while it is followed outwards.
-
-    Residuals are lists in ascending order.
-    """
-
-    def __init__(self, *, height: float, depth: float, steepest: float, noise: float) -> None:
-        self._height = height
-        self._depth = depth
-        self._steepest = steepest
-        self._noise = noise
-        self._tail = noise
-        self._lift = 0.0  # height of the profile above the plane [m]
-        self._x: float | None = None
-        self.ended = False
-        self._upper: list[tuple[float, float]] = []  # height and range of ground beyond a step up
-        self.share = 1.0  # of the last bin's pixels that lay on the profile
-        self.regained = 0  # bins that turned out to be ground beyond a step, the last one included
-
-    def advance(self, level: float, way: Sequence[float]) -> float:
-        """Move on to the next bin and return the floor's disparity there less the plane's [px]."""
-        expected = self.bend_at(level)
-        if self.ended:
-            self._look_beyond(level, way)
-            return self.bend_at(level)
-        x = self._depth / (level + expected)
-        run = 0.0 if self._x is None else max(0.0, x - self._x)
-        rise = self._steepest * run
-        reach = 3.0 * self._noise
-        least = max(_LEAST // 2, _SHARE * len(way))
-        # what goes on as before is the floor, however much stands beside it
-        first, last = _between(way, expected - reach, expected + reach)
-        if last - first < least:
-            low = self._bend(level, self._lift - rise) - reach
-            high = self._bend(level, self._lift + rise) + reach
-            first, last = _between(way, low, high)
-            if last - first < least:
-                # a step takes most of the way off the floor, to one side
-                most = (1 - _SHARE) * len(way)
-                self.ended = (
-                    bisect_left(way, high) < len(way) - most or bisect_right(way, low) > most
-                )
-                self.share = max(0.1, (last - first) / len(way))
-                return expected
-        for _ in range(2):  # to the middle of that surface
-            middle = way[(first + last) // 2]
-            first, last = _between(way, middle - reach, middle + reach)
-        count = last - first
-        self.share = max(0.1, count / len(way))
-        middle = way[(first + last) // 2]
-        spread = _spread(way, first, last)
-        lift, there = self._place(level, middle)
-        # a spread far beyond the noise so far is of several surfaces, and excuses no climb
-        noise = min(spread, 1.5 * self._noise)
-        doubt = self._height * noise / level * math.sqrt(_CORRELATED / count)
-        change = lift - self._lift
-        if self._x is not None:
-            climb = self._steepest * max(0.0, there - self._x) + 2 * doubt + _STEP
-            if abs(change) > climb:
-                self.ended = True
-                return expected
-            # what a few far pixels say is weighed against how much ground changes over the bin
-            change *= 1 / (1 + (doubt / (0.5 * (rise + _STEP))) ** 2)
-        self._noise = 0.7 * self._noise + 0.3 * min(max(spread, _SMALLEST), _LARGEST)
-        self._lift += change
-        self._x = there if self._x is None else max(self._x, there)
-        return self.bend_at(level)
-
-    def _look_beyond(self, level: float, way: Sequence[float]) -> None:
-        """Go on where the way lies on one level again beyond a step up: stairs, a pavement."""
-        lift, there = self._place(level, way[len(way) // 2])
-        last_lift, last_there = self._upper[-1] if self._upper else (lift, 0.0)
-        doubt = 2 * self._height * self._noise / level * math.sqrt(_CORRELATED / len(way))
-        above = self._lift + _STEP < lift < _HIGHEST_STEP * self._height
-        if not above or _spread(way, 0, len(way)) > _MIXED * self._noise:
-            self._upper = []
-        elif abs(lift - last_lift) <= doubt + _STEP and there > last_there:
-            self._upper.append((lift, there))
-        else:
-            self._upper = [(lift, there)]
-        if len(self._upper) >= _AGAIN:
-            self.regained = len(self._upper)
-            self._lift = sum(lift for lift, _ in self._upper) / self.regained
-            self._x, self._upper, self.ended = there, [], False
-
-    def _place(self, level: float, bend: float) -> tuple[float, float]:
-        """Return the height above the plane and the range [m] of ground with this bend."""
-        disparity = max(level + bend, 0.1)
-        return self._height * bend / disparity, self._depth / disparity
-
-    def bend_at(self, level: float) -> float:
-        """Return the floor's disparity less the plane's [px]."""
-        return self._bend(level, self._lift)
-
-    def _bend(self, level: float, lift: float) -> float:
-        """Return the extra disparity [px] of ground that lies `lift` above the plane."""
-        return level * lift / max(self._height - lift, 0.05 * self._height)
-
-    def spread(self, here: Sequence[float], bend: float) -> float:
-        """Return the noise told by the pixels below the floor [px]; the last one when few do."""
-        if self.ended:  # what lies below is another floor, not noise
-            return self._tail
-        # what lies many times the noise lower is a hole
-        lowest = bend - min(max(_DEEP * self._noise, 1.0), 3 * _LARGEST)
-        first, last = bisect_right(here, lowest), bisect_left(here, bend)
-        if last - first >= max(_LEAST // 2, 0.1 * len(here)):
-            # matchers' errors have heavy tails
-            tail = (bend - here[first + int(0.05 * (last - first - 1) + 0.5)]) / 1.96
-            self._tail = min(max(tail, _SMALLEST), _LARGEST)
-        return self._tail
-
-
-def _between(values: Sequence[float], low: float, high: float) -> tuple[int, int]:
-    """Return the first, and beyond the last, of the values in ascending order between two."""
-    return bisect_right(values, low), bisect_left(values, high)
-
-
-def _spread(values: Sequence[float], first: int, last: int) -> float:
-    """Return a robust 1-sigma of some of the values in ascending order."""
-    count = last - first
-    return _IQR * (values[first + 3 * count // 4] - values[first + count // 4])
 
 
 def _never_better_far(noises: Float64) -> Float64:

@@ -3,7 +3,82 @@
 import numpy as np
 from numpy.typing import NDArray
 
+_Three = tuple[float, float, float]
+_Lens = tuple[float, float, float, float, float]
+"""fx, fy, cx, cy, baseline."""
+
 def levels() -> list[str]: ...
+
+class FitTuning:
+    def __init__(
+        self,
+        *,
+        draws: list[float],
+        steps: list[float],
+        scored: int,
+        finalists: int,
+        refined: int,
+        anneal: float,
+        least_steps: int,
+        most_steps: int,
+        settled: float,
+        few: int,
+        least_noise: float,
+        most_noise: float,
+        remote: float,
+        below: float,
+        near: float,
+        whole: float,
+        half_width: float,
+        close: float,
+        biweight: float,
+    ) -> None: ...
+
+def fit_plane(
+    disparity: NDArray[np.float32],
+    lens: _Lens,
+    expected: tuple[float, ...],
+    unevenness: float,
+    tuning: FitTuning,
+) -> tuple[_Three, float, list[_Three], int, int, int, int] | None: ...
+
+class ProfileTuning:
+    def __init__(
+        self,
+        *,
+        knee: float,
+        near_bin: float,
+        far_bin: float,
+        near_bins: int,
+        iqr: float,
+        farthest: float,
+        rows: int,
+        columns: int,
+        half_width: float,
+        least: int,
+        share: float,
+        step: float,
+        correlated: float,
+        deep: float,
+        again: int,
+        highest_step: float,
+        mixed: float,
+        smallest: float,
+        largest: float,
+        rounding: float,
+        most: float,
+    ) -> None: ...
+
+def follow_floor(
+    disparity: NDArray[np.float32],
+    lens: _Lens,
+    plane: _Three,
+    noise: float,
+    height: float,
+    pitch: float,
+    steepest: float,
+    tuning: ProfileTuning,
+) -> tuple[list[tuple[float, float, float, float]], list[int], float]: ...
 
 class Matcher:
     def __init__(

@@ -6,7 +6,7 @@ when that was installed; `reason_missing` tells whether it is.
 
 import math
 from dataclasses import asdict, dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import cv2
 import numpy as np
@@ -16,14 +16,20 @@ from bearcub.errors import InputError
 from bearcub.messages import Float32, UInt8
 from bearcub.stereo.matchers import SearchingMatcher, SearchRange
 
+core: Any
+"""The compiled module itself, None where there is none; ``_native.pyi`` says what is in it."""
+
 try:
-    from bearcub.stereo import _native as _core
+    from bearcub.stereo import _native
 except ImportError as _error:  # there was no compiler, or it was built for another Python
-    _core = None  # type: ignore[assignment]
+    core = None
     _missing = str(_error)
 else:
+    core = _native
     _missing = ""
 
+COMPILED = not _missing
+"""The compiled core is there."""
 MOST_DISPARITIES = 256
 _CENSUS = 5  # side of the census's window [px]
 _FATTENING = 1.0  # measured: a pixel less than that of blocks of 5 x 5
@@ -40,7 +46,7 @@ def reason_missing() -> str:
 
 def levels() -> list[str]:
     """Return the instruction sets that this machine runs and the core has, the best first."""
-    return [] if _missing else _core.levels()
+    return [] if _missing else core.levels()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -155,7 +161,7 @@ class NativeMatcher(SearchingMatcher):
             "threads": threads,
             "level": level,
         }
-        self._core: _core.Matcher | None = None
+        self._core: _native.Matcher | None = None
         self._shape: tuple[int, ...] = ()
 
     def __call__(self, left: Pixels, right: Pixels) -> Float32:
@@ -201,13 +207,13 @@ class NativeMatcher(SearchingMatcher):
         self._core_for(left).match(left, right, disparity, confidence)
         return disparity
 
-    def _core_for(self, image: Pixels) -> "_core.Matcher":
+    def _core_for(self, image: Pixels) -> "_native.Matcher":
         """Return the core for images like this one, kept until another size or type comes."""
         bits = 8 if image.dtype == np.uint8 else self._bits
         shape = (*image.shape, bits)
         if self._core is None or shape != self._shape:
             height, width = image.shape
-            self._core = _core.Matcher(height=height, width=width, bits=bits, **self._settings)
+            self._core = core.Matcher(height=height, width=width, bits=bits, **self._settings)
             self._shape = shape
         return self._core
 
@@ -234,14 +240,14 @@ class NativeRefinement:
         _check_core(threads=threads, level=level)
         self._threads = threads
         self._level = level
-        self._core: _core.Refiner | None = None
+        self._core: _native.Refiner | None = None
         self._shape: tuple[int, ...] = ()
 
     def __call__(self, left: UInt8, right: UInt8, disparity: Float32) -> Float32:
         """Return the disparity, sharpened; see `bearcub.stereo.refine.refine`."""
         if self._core is None or left.shape != self._shape:
             height, width = self._shape = left.shape
-            self._core = _core.Refiner(
+            self._core = core.Refiner(
                 height=height, width=width, threads=self._threads, level=self._level
             )
         refined = np.empty(disparity.shape, dtype=np.float32)
