@@ -9,7 +9,10 @@
 
 #include <array>
 
+#include "cloud.h"
 #include "fit.h"
+#include "grid.h"
+#include "peaks.h"
 #include "profile.h"
 
 namespace nb = nanobind;
@@ -21,6 +24,13 @@ namespace {
 using Map = nb::ndarray<const float, nb::ndim<2>, nb::device::cpu>;
 using Three = std::array<double, 3>;
 
+template <class T>
+using Grid = nb::ndarray<T, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+template <class T>
+using Row = nb::ndarray<T, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+template <class T>
+using Steps = nb::ndarray<const T, nb::ndim<2>, nb::device::cpu>;
+
 Disparity disparity_of(const Map& map) {
     return {map.data(), static_cast<int>(map.shape(0)), static_cast<int>(map.shape(1)),
             static_cast<std::ptrdiff_t>(map.stride(0)), static_cast<std::ptrdiff_t>(map.stride(1))};
@@ -28,6 +38,16 @@ Disparity disparity_of(const Map& map) {
 
 Lens lens_of(const std::array<double, 5>& lens) {
     return {lens[0], lens[1], lens[2], lens[3], lens[4]};
+}
+
+View view_of(const std::array<double, 5>& lens, const std::array<Three, 3>& rotation,
+             const Three& origin) {
+    View view{lens_of(lens), {}, {}};
+    for (int j = 0; j < 3; ++j) {
+        view.origin[j] = origin[j];
+        for (int k = 0; k < 3; ++k) view.rotation[j][k] = rotation[j][k];
+    }
+    return view;
 }
 
 using FitAnswer = std::tuple<Three, double, std::array<Three, 3>, int, int, int, int>;
@@ -66,6 +86,88 @@ std::tuple<std::vector<std::array<double, 4>>, std::vector<int>, double> follow(
     return {bins, followed.parts, followed.end};
 }
 
+void sort(const Map& map, const std::array<float, 3>& plane, const Row<const float>& bend,
+          const Row<const float>& tolerance, float farthest_level, const std::array<int, 6>& part,
+          const Grid<float>& disparity, const Grid<float>& floor, const Grid<float>& residual,
+          const Grid<float>& allowed, const Grid<bool>& standing, const Grid<bool>& on_floor,
+          const Grid<bool>& below) {
+    const auto& [top, left, down, right, rows, columns] = part;
+    const Surface surface{plane[0], plane[1], plane[2], bend.data(), tolerance.data(),
+                          static_cast<int>(bend.shape(0))};
+    const Sorted to{disparity.data(), floor.data(), residual.data(), allowed.data(),
+                    standing.data(), on_floor.data(), below.data()};
+    sort_pixels(disparity_of(map), surface, farthest_level, {top, left, down, right, rows, columns},
+                to);
+}
+
+Standing standing_of(const Grid<const float>& disparity, const Grid<const float>& floor,
+                     const Grid<const bool>& standing, float nearest, float farthest) {
+    return {disparity.data(), floor.data(), standing.data(), static_cast<int>(floor.shape(0)),
+            static_cast<int>(floor.shape(1)), nearest, farthest};
+}
+
+std::tuple<int, float> count(const Grid<const float>& disparity, const Grid<const float>& floor,
+                             const Grid<const bool>& standing, float nearest, float farthest) {
+    const Count found =
+        count_standing(standing_of(disparity, floor, standing, nearest, farthest));
+    return {found.pixels, found.largest};
+}
+
+void cells(const Grid<const float>& disparity, const Grid<const float>& floor,
+           const Grid<const bool>& standing, float nearest, float farthest,
+           const Row<const int32_t>& shift, const Row<const int32_t>& level, int width, float tall,
+           float overhead, const Row<int64_t>& index, const Row<int32_t>& column,
+           const Row<int32_t>& cell, const Row<bool>& is_tall, const Row<bool>& is_overhead) {
+    to_cells(standing_of(disparity, floor, standing, nearest, farthest),
+             {shift.data(), level.data(), width, tall, overhead},
+             {index.data(), column.data(), cell.data(), is_tall.data(), is_overhead.data()});
+}
+
+std::tuple<std::vector<double>, std::vector<double>, std::vector<double>> ends(
+    const Steps<float>& disparity, const Steps<float>& floor, const Steps<bool>& on_floor,
+    const Grid<const int32_t>& labels, const Row<const int64_t>& u, const Row<const int64_t>& v,
+    const std::array<double, 5>& lens, const std::array<Three, 3>& rotation, const Three& origin,
+    double first, double step, int directions, const Row<const bool>& blocks, double nearest,
+    double farthest, int cells, int gap, int hits) {
+    const View view = view_of(lens, rotation, origin);
+    const Labelled grid{disparity.data(),
+                        floor.data(),
+                        on_floor.data(),
+                        static_cast<std::ptrdiff_t>(disparity.stride(0)),
+                        static_cast<std::ptrdiff_t>(disparity.stride(1)),
+                        labels.data(),
+                        u.data(),
+                        v.data(),
+                        static_cast<int>(labels.shape(0)),
+                        static_cast<int>(labels.shape(1))};
+    Ends found = find_ends(
+        grid, view,
+        {first, step, directions, blocks.data(), nearest, farthest, cells, gap, hits});
+    return {std::move(found.seen), std::move(found.thing), std::move(found.hole)};
+}
+
+Filled filled_of(const Row<const int32_t>& cell, const Row<const bool>& tall,
+                 const Row<const bool>& overhead, int levels, int columns) {
+    return {cell.data(), tall.data(), overhead.data(), static_cast<int>(cell.shape(0)), levels,
+            columns};
+}
+
+int mark(const Row<const int32_t>& cell, const Row<const bool>& tall,
+         const Row<const bool>& overhead, int levels, int columns, int which,
+         const Row<const uint16_t>& number, const Row<const float>& least_rows, int gap,
+         const Grid<uint8_t>& closed) {
+    return mark_peaks(filled_of(cell, tall, overhead, levels, columns), static_cast<Which>(which),
+                      number.data(), least_rows.data(), gap, closed.data());
+}
+
+void assign(const Row<const int32_t>& cell, const Row<const bool>& tall,
+            const Row<const bool>& overhead, int levels, int columns, int which,
+            const Grid<const uint16_t>& peaks, int foot_levels, int foot_columns, int numbered,
+            const Row<uint16_t>& number) {
+    number_pixels(filled_of(cell, tall, overhead, levels, columns), static_cast<Which>(which),
+                  peaks.data(), foot_levels, foot_columns, numbered, number.data());
+}
+
 }  // namespace
 
 void bind_after(nb::module_& m) {
@@ -87,6 +189,48 @@ void bind_after(nb::module_& m) {
              "largest"_a, "rounding"_a, "most"_a);
     m.def("fit_plane", &fit);
     m.def("follow_floor", &follow);
+    m.def("sort_pixels", &sort);
+    m.def("count_standing", &count);
+    m.def("to_cells", &cells);
+    m.def("find_ends", &ends);
+    m.def("mark_peaks", &mark);
+    nb::class_<Cloud>(m, "Cloud")
+        .def("__init__",
+             [](Cloud* self, const std::array<double, 5>& lens,
+                const std::array<Three, 3>& rotation, const Three& origin,
+                const Row<const double>& u, const Row<const double>& v,
+                const Row<const float>& disparity) {
+                 new (self) Cloud(view_of(lens, rotation, origin), u.data(), v.data(),
+                                  disparity.data(), static_cast<int>(u.shape(0)));
+             })
+        .def("sides",
+             [](const Cloud& cloud, double step, double share) {
+                 const Cloud::Ends ends = cloud.sides(step, share);
+                 return std::tuple(ends.low, ends.high);
+             })
+        .def("heights",
+             [](const Cloud& cloud, double step, double share) {
+                 const Cloud::Ends ends = cloud.heights(step, share);
+                 return std::tuple(ends.low, ends.high);
+             })
+        .def("directions",
+             [](const Cloud& cloud, double right, double left, int count, int near) {
+                 std::array<std::vector<double>, 3> columns;
+                 for (const auto& each : cloud.directions(right, left, count, near)) {
+                     columns[0].push_back(each.count);
+                     columns[1].push_back(each.near);
+                     columns[2].push_back(each.middle);
+                 }
+                 return columns;
+             })
+        .def("range", &Cloud::range)
+        .def("height_before", &Cloud::height_before)
+        .def("squares", &Cloud::squares)
+        .def("spread", [](const Cloud& cloud) {
+            const Cloud::Spread sums = cloud.spread();
+            return std::tuple(sums.range, sums.together, sums.height);
+        });
+    m.def("number_pixels", &assign);
 }
 
 }  // namespace bearcub

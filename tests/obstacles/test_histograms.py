@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bearcub.obstacles.histograms import Levels
+from bearcub.obstacles.histograms import Levels, level_centres
 
 LEVELS = Levels(width=0.25, knee=16.0, largest=64.0)
 
@@ -27,7 +27,7 @@ def test_levels_have_no_step_and_no_kink_at_the_knee() -> None:
 
 
 def test_centre_of_a_level_lies_in_that_level() -> None:
-    centres = LEVELS.centres()
+    centres = level_centres(LEVELS)
     assert len(centres) == LEVELS.count
     assert (np.diff(centres) > 0).all()
     np.testing.assert_allclose(LEVELS.of(centres), np.arange(LEVELS.count) + 0.5, rtol=1e-12)

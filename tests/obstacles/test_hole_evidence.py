@@ -13,8 +13,8 @@ from bearcub.geometry import (
     forward_in_camera,
 )
 from bearcub.messages import Float32, Ground, Hole, UInt8
+from bearcub.obstacles.cloud import View
 from bearcub.obstacles.holes import find_holes
-from bearcub.obstacles.measure import View
 from bearcub.obstacles.segment import segment
 from bearcub.obstacles.sorting import Sorter
 from bearcub.obstacles.verify import Witness

@@ -8,7 +8,8 @@ import pytest
 from bearcub.geometry import Attitude, Float64, Projection, base_from_optical, forward_in_camera
 from bearcub.ground.surface import Surface
 from bearcub.messages import Float32
-from bearcub.obstacles.measure import Extent, View, measure
+from bearcub.obstacles.cloud import View
+from bearcub.obstacles.measure import Extent, measure
 
 LEVEL = Attitude(roll=0.0, pitch=0.0)
 # f B = 40 px m, level, 1 m up: a row or column at 4 m is 1 cm

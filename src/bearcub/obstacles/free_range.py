@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bearcub.geometry import Float64
-from bearcub.messages import FreeRange, Limit, Obstacle, Terrain
+from bearcub.messages import Bool, FreeRange, Int32, Limit, Obstacle, Terrain
+from bearcub.obstacles.cloud import View
 from bearcub.obstacles.layers import Painter
-from bearcub.obstacles.measure import View
 from bearcub.obstacles.sorting import Sorting
 from bearcub.robust import sorted_by_group
+from bearcub.stereo.native import COMPILED, core
 
 _PIXELS = 6000
 _CELLS = 64  # of range between nothing and the farthest, each as much longer as it is farther
@@ -33,6 +34,7 @@ def free_range(
     farthest: float,
     clearance: float,
     steepest: float,
+    compiled: bool = COMPILED,
 ) -> FreeRange:
     """Tell the free range in every direction of the view.
 
@@ -56,6 +58,8 @@ def free_range(
         [m].
     steepest : float
         Steepest ground that is a way [rad].
+    compiled : bool
+        By the native core, ``native/src/grid.cpp``; else by NumPy.
 
     Returns
     -------
@@ -64,19 +68,14 @@ def free_range(
     """
     step = bearing_step
     bearings = _directions(view, painter.sorter.disparity.shape[1], step)
-    sector, reach, label = _pixels(sorting, painter, view, float(bearings[0]), step, len(bearings))
-    ends = _seen_until(sector, reach, label == 0, len(bearings), farthest)
     limits = [Limit.UNSEEN] * len(bearings)
     standing = [o for o in obstacles if not o.base_height > clearance]
-    blocked = np.zeros(len(obstacles) + 1, dtype=bool)
-    blocked[[o.id for o in standing]] = True
-    for what, mask in (
-        (Limit.OBSTACLE, blocked.take(np.maximum(label, 0))),
-        (Limit.HOLE, label < 0),
-    ):
-        hit = _first_hits(sector[mask], reach[mask], len(bearings))
-        if what == Limit.OBSTACLE:
-            hit = np.minimum(hit, _narrow_things(standing, bearings, step))
+    blocks = np.zeros(len(obstacles) + 1, dtype=bool)
+    blocks[[o.id for o in standing]] = True
+    find = _ends_compiled if compiled else _ends_in_numpy
+    ends, things, holes = find(sorting, painter, view, bearings, step, blocks, farthest)
+    things = np.minimum(things, _narrow_things(standing, bearings, step))
+    for what, hit in ((Limit.OBSTACLE, things), (Limit.HOLE, holes)):
         # an unseen strip before a thing is its own foot; beyond the floor's end it is the limit
         reached = hit <= np.where(np.isnan(ends), math.inf, _FOOT * ends)
         for k in np.flatnonzero(reached & np.isfinite(hit)):
@@ -115,13 +114,73 @@ def _narrow_things(things: list[Obstacle], bearings: Float64, step: float) -> Fl
     return ends
 
 
+_Ends = tuple[Float64, Float64, Float64]
+
+
+def _grid(sorting: Sorting, painter: Painter) -> tuple[int, Int32]:
+    """Return the step at which the grid is looked at, and what its pixels are."""
+    stride = max(1, int(math.sqrt(sorting.on_floor.size / _PIXELS)))
+    return stride, painter.sampled(stride)
+
+
+def _ends_compiled(
+    sorting: Sorting,
+    painter: Painter,
+    view: View,
+    bearings: Float64,
+    step: float,
+    blocks: Bool,
+    farthest: float,
+) -> _Ends:
+    stride, labels = _grid(sorting, painter)
+    grid = np.s_[::stride, ::stride]
+    seen, things, holes = core.find_ends(
+        sorting.disparity[grid],
+        sorting.floor[grid],
+        sorting.on_floor[grid],
+        labels,
+        sorting.u[::stride].copy(),
+        sorting.v[::stride].copy(),
+        *view.numbers,
+        float(bearings[0]),
+        step,
+        len(bearings),
+        blocks,
+        _NEAREST,
+        farthest,
+        _CELLS,
+        _GAP,
+        _HITS,
+    )
+    return np.array(seen), np.array(things), np.array(holes)
+
+
+def _ends_in_numpy(
+    sorting: Sorting,
+    painter: Painter,
+    view: View,
+    bearings: Float64,
+    step: float,
+    blocks: Bool,
+    farthest: float,
+) -> _Ends:
+    """Return the ranges [m] to which floor is seen and at which things and holes begin."""
+    count = len(bearings)
+    sector, reach, label = _pixels(sorting, painter, view, float(bearings[0]), step, count)
+    thing, hole = blocks.take(np.maximum(label, 0)), label < 0
+    return (
+        _seen_until(sector, reach, label == 0, count, farthest),
+        _first_hits(sector[thing], reach[thing], count),
+        _first_hits(sector[hole], reach[hole], count),
+    )
+
+
 def _pixels(
     sorting: Sorting, painter: Painter, view: View, first: float, step: float, count: int
 ) -> tuple[Index, Float64, Index]:
     """Return direction, range [m] and label of a grid of pixels: of floor, things and holes."""
-    stride = max(1, int(math.sqrt(sorting.on_floor.size / _PIXELS)))
+    stride, labels = _grid(sorting, painter)
     grid = np.s_[::stride, ::stride]
-    labels = painter.sampled(stride)
     measured = sorting.disparity[grid]
     index = np.flatnonzero((sorting.on_floor[grid] | (labels != 0)) & (measured > 0))
     label = labels.ravel()[index].astype(np.int64)

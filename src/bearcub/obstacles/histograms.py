@@ -4,13 +4,21 @@ The paper counts the pixels of each disparity level in each image column: an upr
 peak as wide as the object. The field calls the image u-disparity, its row twin v-disparity.
 """
 
+import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bearcub.geometry import Float64
-from bearcub.messages import Float32, Int32
+from bearcub.messages import Bool, Float32, Int32
+from bearcub.obstacles.sorting import Sorting
+from bearcub.stereo.native import COMPILED, core
 
+Index = NDArray[np.int64]
+
+_ROUND = 16  # to the next multiple of which the largest level is rounded up [px]
 _LUT = 16  # steps of the level table per pixel of disparity
 
 
@@ -46,16 +54,129 @@ class Levels:
         """Number of levels."""
         return int(self.of(np.array(self.largest))) + 2
 
-    def centres(self) -> Float64:
-        """Return the disparity [px] at the middle of every level, shape (count,)."""
-        middle = (np.arange(self.count) + 0.5) * self.width
-        return np.where(middle < self.knee, middle, self.knee * np.exp(middle / self.knee - 1))
-
     def of_many(self, disparity: Float32) -> Int32:
         """Return the whole level of every disparity, to a sixteenth of a pixel, by table."""
-        steps = np.arange(int(self.largest * _LUT) + 2) / _LUT
-        table = self.of(steps).astype(np.int32)
-        return table.take((disparity * np.float32(_LUT)).astype(np.int64))
+        return level_table(self).take((disparity * np.float32(_LUT)).astype(np.int64))
+
+
+@cache
+def level_table(levels: Levels) -> Int32:
+    """Return the whole level of every sixteenth of a pixel of disparity."""
+    return levels.of(np.arange(int(levels.largest * _LUT) + 2) / _LUT).astype(np.int32)
+
+
+@cache
+def level_centres(levels: Levels) -> Float64:
+    """Return the disparity [px] at the middle of every level, shape (count,)."""
+    middle = (np.arange(levels.count) + 0.5) * levels.width
+    return np.where(middle < levels.knee, middle, levels.knee * np.exp(middle / levels.knee - 1))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cells:
+    """Where the pixels that could be of things fall in the column histogram, arrays of shape (N,).
+
+    Attributes
+    ----------
+    index : ndarray of int64
+        Of the pixel in the flat grid.
+    column, cell : ndarray of int32
+        Along upright lines; ``level * width + column``.
+    tall, overhead : ndarray of bool
+        Higher than what is low; than what blocks the way.
+    scale : Levels
+    width : int
+        Columns of the histogram.
+    """
+
+    index: Index
+    column: Int32
+    cell: Int32
+    tall: Bool
+    overhead: Bool
+    scale: Levels
+    width: int
+
+
+def to_cells(
+    sorting: Sorting,
+    *,
+    farthest: float,
+    nearest: float,
+    shift: Int32,
+    tall: float,
+    overhead: float,
+    compiled: bool = COMPILED,
+) -> Cells:
+    """Find where standing pixels fall in the column histogram.
+
+    Parameters
+    ----------
+    sorting : Sorting
+    farthest, nearest : float
+        Smallest and largest disparity that is looked at [px].
+    shift : ndarray of int32, shape (H,)
+        Columns that an upright line has moved to the right, by row.
+    tall, overhead : float
+        A pixel rises above a height when this share of its disparity exceeds the floor's: one
+        less the height over the camera's.
+    compiled : bool
+        By the native core, ``native/src/grid.cpp``; else by NumPy. The same to the bit.
+
+    Returns
+    -------
+    Cells
+    """
+    width = sorting.standing.shape[1] + int(shift.max() - shift.min())
+    if not compiled:
+        return _in_numpy(sorting, (farthest, nearest), shift, width, tall, overhead)
+    grid = (sorting.disparity, sorting.floor, sorting.standing, nearest, farthest)
+    count, largest = core.count_standing(*grid)
+    scale = _scale(largest)
+    index = np.empty(count, dtype=np.int64)
+    columns = np.empty((2, count), dtype=np.int32)
+    truths = np.empty((2, count), dtype=np.bool_)
+    core.to_cells(*grid, shift, level_table(scale), width, tall, overhead, index, *columns, *truths)
+    return Cells(
+        index=index,
+        column=columns[0],
+        cell=columns[1],
+        tall=truths[0],
+        overhead=truths[1],
+        scale=scale,
+        width=width,
+    )
+
+
+def _in_numpy(
+    sorting: Sorting,
+    span: tuple[float, float],
+    shift: Int32,
+    width: int,
+    tall: float,
+    overhead: float,
+) -> Cells:
+    inside = sorting.standing & (sorting.disparity >= span[0]) & (sorting.disparity <= span[1])
+    index = np.flatnonzero(inside)
+    d = sorting.disparity.ravel().take(index)
+    columns = np.arange(sorting.standing.shape[1], dtype=np.int32)
+    column = (columns[None, :] - shift[:, None] + shift.max()).ravel().take(index)
+    scale = _scale(float(d.max(initial=0.0)))
+    floor = sorting.floor.ravel().take(index)
+    return Cells(
+        index=index,
+        column=column,
+        cell=scale.of_many(d) * width + column,
+        tall=d * np.float32(tall) > floor,
+        overhead=d * np.float32(overhead) > floor,
+        scale=scale,
+        width=width,
+    )
+
+
+def _scale(largest: float) -> Levels:
+    """Return hardly more levels than the nearest thing needs, of one of few scales."""
+    return Levels(width=0.25, knee=16.0, largest=_ROUND * math.ceil((largest + 1.0) / _ROUND))
 
 
 def column_histogram(

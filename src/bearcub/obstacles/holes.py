@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 
 from bearcub.geometry import Float64
 from bearcub.messages import Bool, Ground, Hole
-from bearcub.obstacles.measure import MARGIN, View, cut_sides
+from bearcub.obstacles.cloud import View
+from bearcub.obstacles.measure import MARGIN, cut_sides
 from bearcub.obstacles.regions import (
     CLOSING,
     EDGE_ROWS,

@@ -2,15 +2,16 @@
 
 import math
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bearcub.geometry import Float64, Projection
+from bearcub.geometry import Float64
 from bearcub.ground.surface import Surface
 from bearcub.messages import Float32
-from bearcub.robust import median, quantile, sorted_by_group
+from bearcub.obstacles.cloud import Cloud, View, cloud_of
+from bearcub.robust import median
+from bearcub.stereo.native import COMPILED
 
 _SIDE = 0.15  # share of a typical column's pixels at which a thing ends to the sides
 _TOP = 0.35  # share of a typical row's pixels at which it ends above and below
@@ -21,6 +22,7 @@ _LONG = 1.5  # farthest over nearest range of what lies along the way
 _EXPLAINED_LONG = 0.25  # the same share where range itself is noisy
 _BEFORE = 1.06  # times a thing's disparity is where its ground begins, before what is its foot
 _STEP = 0.15  # what rises over a longer way is sloping ground [m]
+_NEAREST = 10  # one in so many pixels of a direction is nearer than its face
 _LEANS = 1.6  # sigmas of noise from the nearest tenth to the median of an upright face, at most
 _SHARPEST = 0.03  # share of its range that an edge may be nearer than its direction's mean
 _EDGE = 1.0  # 1-sigma of where a side is [px]
@@ -30,37 +32,6 @@ _BLOCK = 25.0  # neighbouring pixels of a matcher that err together
 
 
 Index = NDArray[np.int64]
-_F = TypeVar("_F", np.float32, np.float64)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class View:
-    """The camera in ``base_link``: what turns pixels into metres over the floor.
-
-    Attributes
-    ----------
-    projection : Projection
-    base_from_optical : ndarray of float64, shape (3, 3)
-    origin : ndarray of float64, shape (3,)
-        The left camera in ``base_link`` [m].
-    """
-
-    projection: Projection
-    base_from_optical: Float64
-    origin: Float64
-
-    def points(self, u: NDArray[_F], v: NDArray[_F], disparity: NDArray[_F]) -> NDArray[_F]:
-        """Return the points [m] in ``base_link`` of pixels, shape (3, N), as precise as these."""
-        p = self.projection
-        across, down = (u - p.cx) * (1 / p.fx), (v - p.cy) * (1 / p.fy)
-        points = np.empty((3, len(u)), dtype=disparity.dtype)
-        with np.errstate(divide="ignore", invalid="ignore"):  # what is infinitely far is nowhere
-            depth = p.fx * p.baseline / disparity
-            axes = zip(points, self.base_from_optical.tolist(), self.origin.tolist(), strict=True)
-            for axis, (a, b, c), origin in axes:
-                np.multiply(a * across + b * down + c, depth, out=axis)
-                np.add(axis, origin, out=axis)
-        return points
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,6 +88,7 @@ def measure(
     fattening: float,
     fringe: float,
     witnessed: bool,
+    compiled: bool = COMPILED,
 ) -> Extent:
     """Measure one thing from its pixels.
 
@@ -141,19 +113,19 @@ def measure(
         How far the matcher carried the thing past its top, and past its sides [px].
     witnessed : bool
         The images will be asked: an upright face whose noise looks like a ramp need not be one.
+    compiled : bool
+        By the native core, ``native/src/cloud.cpp``; else by NumPy.
 
     Returns
     -------
     Extent
     """
     weight = pixels / len(u)
-    x, y, z = view.points(u, v, disparity.astype(np.float64))
-    bearing = np.arctan2(y, x)
-    reach = np.sqrt(x * x + y * y)
+    cloud = cloud_of(view, u, v, disparity, compiled=compiled)
     pixel = 1.0 / view.projection.fx
-    right, left, narrow = _sides(bearing, stride * pixel, pixel=pixel, fringe=fringe)
+    right, left, narrow = _sides(cloud, stride * pixel, pixel=pixel, fringe=fringe)
     focal = view.projection.fx * view.projection.baseline
-    ranges, bearings, counts = _near_face(bearing, reach, right, left, pixel, noise / focal)
+    ranges, bearings, counts = _near_face(cloud, right, left, pixel, noise / focal)
     nearest = int(np.argmin(ranges))
     distance = float(ranges[nearest]) - _to_the_point(ranges, nearest)
     d_near = float(focal / max(distance, 1e-6))
@@ -161,11 +133,11 @@ def measure(
     sigma_distance = distance * spread / d_near
     width = 0.0 if narrow else _chord(ranges, left - right)
     edge = math.hypot(_EDGE, 0.5 * fringe) * pixel
-    row = median(reach) * pixel
-    low, high = _heights(z, row, stride=stride, fattening=fattening)
+    row = cloud.range(0.5) * pixel
+    low, high = _heights(cloud, row, stride=stride, fattening=fattening)
     lift = surface.lift(_BEFORE * d_near)
-    front = z[reach < distance + _STEP + 3 * sigma_distance]
-    risen = quantile(front, 0.9) if len(front) else low
+    risen = cloud.height_before(distance + _STEP + 3 * sigma_distance, 0.9)
+    risen = low if math.isnan(risen) else risen
     drop = abs(view.origin[2] - high) / d_near  # of height, by a pixel of disparity
     return Extent(
         x=distance * math.cos(bearings[nearest]),
@@ -180,10 +152,10 @@ def measure(
         top=high - lift,
         bottom=low + fattening * row - lift,
         lowest=low - lift,
-        fill=weight * pixel**2 * float(reach @ reach) / max(width * (high - low), 1e-6),
+        fill=weight * pixel**2 * cloud.squares() / max(width * (high - low), 1e-6),
         front=risen - lift,
         ground=lift,
-        climb=math.nan if witnessed and risen - lift > RISEN * (high - lift) else _climb(reach, z),
+        climb=math.nan if witnessed and risen - lift > RISEN * (high - lift) else _climb(cloud),
         sigma_distance=sigma_distance,
         sigma_bearing=edge / math.sqrt(2),
         sigma_width=math.hypot(
@@ -220,80 +192,38 @@ def cut_sides(box: tuple[int, int, int, int], shape: tuple[int, int]) -> tuple[s
     return tuple(name for name, touched in sides.items() if touched)
 
 
-def _sides(
-    bearing: Float64, step: float, *, pixel: float, fringe: float
-) -> tuple[float, float, bool]:
+def _sides(cloud: Cloud, step: float, *, pixel: float, fringe: float) -> tuple[float, float, bool]:
     """Return the bearings of both ends without a matcher's fringe; True where it leaves nothing."""
-    right, left = _ends(bearing, step, share=_SIDE)
+    right, left = cloud.sides(step, _SIDE)
     if left - right <= (2 * fringe + 1) * pixel:
         return right, left, True
     return right + fringe * pixel, left - fringe * pixel, False
 
 
-def _heights(z: Float64, row: float, *, stride: int, fattening: float) -> tuple[float, float]:
+def _heights(cloud: Cloud, row: float, *, stride: int, fattening: float) -> tuple[float, float]:
     """Return the heights of a thing's lower end and, without what the matcher adds, its top [m]."""
-    low, high = _ends(z, stride * row, share=_TOP)
+    low, high = cloud.heights(stride * row, _TOP)
     return low, max(high - fattening * row, low + row)
 
 
-def _ends(values: Float64, step: float, *, share: float) -> tuple[float, float]:
-    """Return where the histogram of `values` with bins of `step` rises and falls.
-
-    The ends are interpolated inside the bin where the count crosses a share of the typical one,
-    so that stray pixels beyond a thing's edge do not move them.
-    """
-    start = float(values.min()) - 1.5 * step
-    bins = ((values - start) * (1 / step)).astype(np.int64)
-    counts = np.bincount(bins, minlength=int(bins.max()) + 2).astype(np.float64)
-    typical = _typical(counts)
-    threshold = max(share * typical, 0.5)
-    first, last = _main_run(counts, threshold)
-    # the edge bin is partly covered: its share of the typical count is the covered part
-    low = start + (first + 1 - min(1.0, counts[first] / typical)) * step
-    high = start + (last + min(1.0, counts[last] / typical)) * step
-    return low, high
-
-
-def _typical(counts: Float64) -> float:
-    """Return the count of the bin in which the median pixel lies: sparse bins have no say."""
-    ordered = np.sort(counts)
-    total = np.cumsum(ordered)
-    return float(ordered[np.searchsorted(total, 0.5 * total[-1])])
-
-
-def _climb(reach: Float64, z: Float64) -> float:
+def _climb(cloud: Cloud) -> float:
     """Return the slope of a ramp (tangent), NaN for what is none.
 
     Its height follows from range, and rises with it no steeper than a way may.
     """
-    from_mean, height = reach - reach.mean(), z - z.mean()
-    spread = float(from_mean @ from_mean)
+    spread, together, height = cloud.spread()
     if spread == 0.0:
         return math.nan
-    together = float(from_mean @ height)
     slope = together / spread
-    explained = slope * together / max(float(height @ height), 1e-12)
-    long = quantile(reach, 0.95) > _LONG * quantile(reach, 0.05)
+    explained = slope * together / max(height, 1e-12)
+    long = cloud.range(0.95) > _LONG * cloud.range(0.05)
     if not 0.0 < slope < _STEEPEST or explained <= (_EXPLAINED_LONG if long else _EXPLAINED):
         return math.nan
     return slope / explained  # noise is in the range, which the height is free of
 
 
-def _main_run(counts: Float64, threshold: float) -> tuple[int, int]:
-    """Return the first and last bin of the fullest run of bins above `threshold`.
-
-    Small gaps belong to a run: matches fail on parts of a thing.
-    """
-    above = np.flatnonzero(counts >= threshold)
-    gap = max(4, len(above) // 4)
-    gaps = np.flatnonzero(np.diff(above) > gap) + 1
-    runs = np.split(above, gaps) if len(gaps) else [above]
-    fullest = max(runs, key=lambda run: float(counts[run].sum()))
-    return int(fullest[0]), int(fullest[-1])
-
-
 def _near_face(
-    bearing: Float64, reach: Float64, right: float, left: float, pixel: float, blur: float
+    cloud: Cloud, right: float, left: float, pixel: float, blur: float
 ) -> tuple[Float64, Float64, Float64]:
     """Return the range [m] of the thing in up to 13 directions, the directions and pixel counts.
 
@@ -303,15 +233,12 @@ def _near_face(
     """
     columns = max(1.0, (left - right) / pixel)
     groups = int(np.clip(columns // 4, 1, 13))
-    position = (bearing - right) / max(left - right, 1e-9) * groups
-    group = np.minimum(np.maximum(position, 0), groups - 1).astype(np.int64)
-    counts = np.bincount(group, minlength=groups)
-    ends = np.cumsum(counts)
-    middle = ends - (counts + 1) // 2
+    counts, near, middle = (
+        np.array(each) for each in cloud.directions(right, left, groups, _NEAREST)
+    )
     used = counts > 0.25 * median(counts)
-    ordered = sorted_by_group(reach, group)
-    near = ordered[(ends - counts + counts // 10)[used]]
-    ranges = np.minimum(ordered[middle[used]], near + _LEANS * blur * near * near)
+    counts, near, middle = counts[used], near[used], middle[used]
+    ranges = np.minimum(middle, near + _LEANS * blur * near * near)
     directions = right + (np.flatnonzero(used) + 0.5) * (left - right) / groups
     # where noise reaches farther than the next direction, wrong matches make dents
     if blur * median(ranges) > (left - right) / groups:
@@ -319,7 +246,7 @@ def _near_face(
     if len(ranges) >= 3:
         inner = 0.25 * ranges[:-2] + 0.5 * ranges[1:-1] + 0.25 * ranges[2:]
         ranges = np.concatenate([ranges[:1], inner, ranges[-1:]])
-    return ranges, directions, counts[used].astype(np.float64)
+    return ranges, directions, counts
 
 
 def _without_dents(ranges: Float64) -> Float64:

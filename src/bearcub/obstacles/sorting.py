@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from bearcub.ground.surface import Surface
 from bearcub.messages import Bool, Float32, Ground
+from bearcub.stereo.native import COMPILED, core
 
 Index = NDArray[np.int64]
 
@@ -96,32 +97,63 @@ class Sorter:
             farthest_level=farthest_level,
         )
 
-    def part(self, rows: slice, columns: slice) -> Sorting:
-        """Sort a window, or with steps in the slices a grid, of the image."""
+    def part(self, rows: slice, columns: slice, *, compiled: bool = COMPILED) -> Sorting:
+        """Sort a window, or with steps in the slices a grid, of the image.
+
+        Parameters
+        ----------
+        rows, columns : slice
+        compiled : bool
+            By the native core, ``native/src/grid.cpp``; else by NumPy. The same to the bit.
+        """
         height, width = self.disparity.shape
-        v, u = np.arange(*rows.indices(height)), np.arange(*columns.indices(width))
-        disparity = np.ascontiguousarray(self.disparity[rows, columns])
-        floor = self.surface.level(u[None, :], v[:, None])
-        entry = self.surface.entry(floor)
-        floor += self.surface.look_up(self.surface.bend, entry)
-        allowed = self.surface.look_up(self.tolerance, entry)
-        residual = disparity - floor
-        floor_here = floor > self.farthest_level
-        on_floor = np.abs(residual) <= allowed  # NaN compares false
-        on_floor &= floor_here
-        below = residual < -allowed
-        below &= floor_here
+        down, right = rows.indices(height), columns.indices(width)
+        v, u = np.arange(*down), np.arange(*right)
+        shape = (len(v), len(u))
+        floats = np.empty((4, *shape), dtype=np.float32)
+        truths = np.empty((3, *shape), dtype=np.bool_)
+        if compiled:
+            place = (down[0], right[0], down[2], right[2], *shape)
+            surface = self.surface
+            plane, bend = surface.plane.tolist(), surface.bend
+            core.sort_pixels(
+                self.disparity,
+                plane,
+                bend,
+                self.tolerance,
+                self.farthest_level,
+                place,
+                *floats,
+                *truths,
+            )
+        else:
+            floats[0] = self.disparity[rows, columns]
+            self._sort(u, v, floats, truths)
         return Sorting(
             u=u,
             v=v,
-            disparity=disparity,
-            floor=floor,
-            residual=residual,
-            allowed=allowed,
-            standing=residual > allowed,
-            on_floor=on_floor,
-            below=below,
+            disparity=floats[0],
+            floor=floats[1],
+            residual=floats[2],
+            allowed=floats[3],
+            standing=truths[0],
+            on_floor=truths[1],
+            below=truths[2],
         )
+
+    def _sort(self, u: Index, v: Index, floats: Float32, truths: Bool) -> None:
+        """Fill in floor, residual and allowed, and what the pixels are."""
+        disparity, floor, residual, allowed = floats
+        standing, on_floor, below = truths
+        level = self.surface.level(u[None, :], v[:, None])
+        entry = self.surface.entry(level)
+        np.add(level, self.surface.look_up(self.surface.bend, entry), out=floor)
+        allowed[:] = self.surface.look_up(self.tolerance, entry)
+        np.subtract(disparity, floor, out=residual)
+        floor_here = floor > self.farthest_level
+        np.greater(residual, allowed, out=standing)  # NaN compares false
+        np.logical_and(np.abs(residual) <= allowed, floor_here, out=on_floor)
+        np.logical_and(residual < -allowed, floor_here, out=below)
 
     def noise_of(self, part: Sorting) -> Float32:
         """Return the 1-sigma of a pixel of floor [px] at every pixel of a part."""

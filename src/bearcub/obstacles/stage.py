@@ -24,11 +24,12 @@ from bearcub.messages import (
     Terrain,
     Vote,
 )
+from bearcub.obstacles.cloud import View
 from bearcub.obstacles.free_range import free_range
 from bearcub.obstacles.holes import find_holes
 from bearcub.obstacles.joining import Thing, joined
 from bearcub.obstacles.layers import Painter
-from bearcub.obstacles.measure import MARGIN, RISEN, Extent, View, cut_sides, measure
+from bearcub.obstacles.measure import MARGIN, RISEN, Extent, cut_sides, measure
 from bearcub.obstacles.segment import Member, Segments, segment
 from bearcub.obstacles.sorting import Sorter, Sorting
 from bearcub.obstacles.surroundings import goes_on_below, hidden_below, mixed

@@ -6,7 +6,7 @@ import numpy as np
 
 from bearcub.geometry import Attitude, Float64, base_from_optical
 from bearcub.messages import Ground, SlopeBand, Terrain
-from bearcub.obstacles.measure import View
+from bearcub.obstacles.cloud import View
 from bearcub.obstacles.sorting import Sorting
 
 _BAND = (1.5, 5.0)  # where slope and cross slope are taken [m] (the contract)

@@ -1,0 +1,132 @@
+"""Things in the column histogram: its connected peaks, parted where only a strip joins them."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from bearcub.messages import Float32, Int32, UInt8
+from bearcub.obstacles.histograms import Cells, column_histogram
+from bearcub.stereo.native import core
+
+UInt16 = NDArray[np.uint16]
+
+_STRIP = 0.25  # height of a strip that joins things, as a share of theirs
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PeakFinder:
+    """Finds the connected peaks of a column histogram.
+
+    Attributes
+    ----------
+    levels, width : int
+        Rows and columns of the histogram.
+    least_rows : ndarray of float32, shape (levels,)
+        Rows of the image that make a peak.
+    gap : int
+        Columns without a match that a thing may have.
+    foot : tuple of int
+        Levels and columns around a thing that are still its.
+    compiled : bool
+        By the native core, ``native/src/peaks.cpp``; else by NumPy. The same to the bit.
+    """
+
+    levels: int
+    width: int
+    least_rows: Float32
+    gap: int
+    foot: tuple[int, int]
+    compiled: bool
+
+    def numbers(self, cells: Cells, *, least: int) -> tuple[UInt16, int]:
+        """Return the number of every pixel's peak, 0 for none, and how many there are.
+
+        What is tall and not overhead comes first, with a foot of cells around it; then the rest
+        of what stands, and of what hangs, where at least so many pixels are left.
+        """
+        return (self._compiled if self.compiled else self._in_numpy)(cells, least)
+
+    def _compiled(self, cells: Cells, least: int) -> tuple[UInt16, int]:
+        filled = (cells.cell, cells.tall, cells.overhead, self.levels, self.width)
+        number = np.zeros(len(cells.cell), dtype=np.uint16)
+        closed = np.empty((self.levels, self.width), dtype=np.uint8)
+        things = 0
+        for which in range(3):
+            looked = core.mark_peaks(*filled, which, number, self.least_rows, self.gap, closed)
+            if looked >= least or which == 0:
+                found, more = _connected(closed)
+                core.number_pixels(*filled, which, found, *self.foot, things, number)
+                things += more
+        return number, things
+
+    def _in_numpy(self, cells: Cells, least: int) -> tuple[UInt16, int]:
+        cell, overhead = cells.cell, cells.overhead
+        components, things = self.components(cell[cells.tall & ~overhead])
+        foot = np.ones(self.foot, dtype=np.uint8)
+        around = np.asarray(cv2.dilate(components, foot), dtype=np.uint16)
+        number = around.ravel().take(cell)
+        for rest in (~overhead, overhead):
+            loose = np.flatnonzero((number == 0) & rest)
+            if len(loose) >= least:
+                others, more = self.components(cell[loose])
+                found = others.ravel().take(cell[loose])
+                number[loose] = np.where(found > 0, found + np.uint16(things), 0)
+                things += more
+        return number, things
+
+    def part(self, number: UInt16, things: int, column: Int32, *, least: int) -> int:
+        """Part things that only a strip joins, as weak matches do along a horizon.
+
+        A strip is much lower than what it joins, and wider than gaps are; it becomes a thing of
+        its own. `number` is changed in place; returned is how many things there are then.
+        """
+        cells = number * np.intp(self.width) + column
+        heights = np.bincount(cells, minlength=(things + 1) * self.width)
+        heights = heights.reshape(things + 1, self.width)[1:]  # 0 is no thing
+        wide = np.count_nonzero(heights, axis=1) > 2 * self.gap + 1
+        for k in np.flatnonzero(wide & (heights.sum(axis=1) >= least)):
+            runs = self._runs(heights[k])
+            if len(runs) > 1:
+                own = np.flatnonzero(number == k + 1)
+                numbers = np.array([k + 1, *range(things + 1, things + len(runs))], dtype=np.uint16)
+                ends = [right for _, right in runs]
+                number[own] = numbers[np.searchsorted(ends, column[own], side="right")]
+                things += len(runs) - 1
+        return things
+
+    def _runs(self, heights: "NDArray[np.int64]") -> list[tuple[int, int]]:
+        """Return the columns, first and beyond the last, of the parts of a thing and its strips."""
+        side = np.ones((1, 2 * self.gap + 1), dtype=np.uint8)
+        closed = cv2.morphologyEx(heights.astype(np.float32)[None, :], cv2.MORPH_CLOSE, side)
+        tall = (closed >= _STRIP * closed.max()).view(np.uint8)
+        high = cv2.morphologyEx(tall, cv2.MORPH_OPEN, side)[0] > 0
+        first, last = np.flatnonzero(heights)[[0, -1]].tolist()
+        cuts = (1 + np.flatnonzero(np.diff(high[first : last + 1]))).tolist()
+        runs = list(pairwise([first, *(first + cut for cut in cuts), last + 1]))
+        # what is lower at a thing's own side is its, unless it goes on for long
+        if len(runs) > 1 and not high[first] and _length(runs[0]) < _length(runs[1]):
+            runs[:2] = [(first, runs[1][1])]
+        if len(runs) > 1 and not high[last] and _length(runs[-1]) < _length(runs[-2]):
+            runs[-2:] = [(runs[-2][0], last + 1)]
+        return runs
+
+    def components(self, cell: Int32) -> tuple[UInt16, int]:
+        """Return the numbered peaks of the histogram of `cell`, and how many there are."""
+        counts = column_histogram(cell, count=self.levels, width=self.width)
+        around = cv2.boxFilter(counts, -1, (1, 5), normalize=False, borderType=cv2.BORDER_CONSTANT)
+        peaks = ((around >= self.least_rows[:, None]) & (counts > 0)).view(np.uint8)
+        kernel = np.ones((3, 2 * self.gap + 1), dtype=np.uint8)
+        closed = cv2.morphologyEx(peaks, cv2.MORPH_CLOSE, kernel)
+        return _connected(np.asarray(closed, dtype=np.uint8))
+
+
+def _connected(peaks: UInt8) -> tuple[UInt16, int]:
+    count, components = cv2.connectedComponents(peaks, connectivity=8, ltype=cv2.CV_16U)
+    return np.asarray(components, dtype=np.uint16), count - 1
+
+
+def _length(run: tuple[int, int]) -> int:
+    return run[1] - run[0]
