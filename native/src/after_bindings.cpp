@@ -12,6 +12,7 @@
 #include "cloud.h"
 #include "fit.h"
 #include "grid.h"
+#include "outline.h"
 #include "peaks.h"
 #include "profile.h"
 
@@ -146,18 +147,54 @@ std::tuple<std::vector<double>, std::vector<double>, std::vector<double>> ends(
     return {std::move(found.seen), std::move(found.thing), std::move(found.hole)};
 }
 
+// A row of numbers that Python owns from now on.
+nb::ndarray<nb::numpy, int64_t, nb::ndim<1>> owned(std::vector<int64_t>&& values) {
+    auto* const kept = new std::vector<int64_t>(std::move(values));
+    const nb::capsule owner(kept, [](void* p) noexcept {
+        delete static_cast<std::vector<int64_t>*>(p);
+    });
+    return {kept->data(), {kept->size()}, owner};
+}
+
+using Grey = Steps<uint8_t>;
+
+Image image_of(const Grey& grey) {
+    if (grey.stride(1) != 1) throw std::invalid_argument("pixels of a row must lie side by side");
+    return {grey.data(), static_cast<std::ptrdiff_t>(grey.stride(0))};
+}
+
+nb::tuple pixels(const Grid<const uint16_t>& labels, int step, int number,
+                 const std::array<int, 4>& window, const Map& map,
+                 const std::array<float, 3>& plane, const Row<const float>& bend,
+                 const Row<const float>& tolerance, float nearest, float farthest,
+                 const std::optional<Grey>& left, const std::optional<Grey>& right, float offset,
+                 const TrimTuning& tuning) {
+    const auto& [first_row, first_column, last_row, last_column] = window;
+    const Labels thing{labels.data(), static_cast<int>(labels.shape(1)), step,      number,
+                       first_row,     first_column,                      last_row, last_column};
+    const Surface surface{plane[0], plane[1], plane[2], bend.data(), tolerance.data(),
+                          static_cast<int>(bend.shape(0))};
+    Pair pair{};
+    if (left && right) {
+        pair = {image_of(*left), image_of(*right), static_cast<int>(right->shape(1)), offset};
+    }
+    Pixels found = all_pixels(thing, disparity_of(map), surface, nearest, farthest,
+                              left && right ? &pair : nullptr, tuning);
+    return nb::make_tuple(owned(std::move(found.u)), owned(std::move(found.v)));
+}
+
 Filled filled_of(const Row<const int32_t>& cell, const Row<const bool>& tall,
                  const Row<const bool>& overhead, int levels, int columns) {
     return {cell.data(), tall.data(), overhead.data(), static_cast<int>(cell.shape(0)), levels,
             columns};
 }
 
-int mark(const Row<const int32_t>& cell, const Row<const bool>& tall,
-         const Row<const bool>& overhead, int levels, int columns, int which,
-         const Row<const uint16_t>& number, const Row<const float>& least_rows, int gap,
+bool mark(const Row<const int32_t>& cell, const Row<const bool>& tall,
+         const Row<const bool>& overhead, int levels, int columns, int which, int least,
+          const Row<const uint16_t>& number, const Row<const float>& least_rows, int gap,
          const Grid<uint8_t>& closed) {
     return mark_peaks(filled_of(cell, tall, overhead, levels, columns), static_cast<Which>(which),
-                      number.data(), least_rows.data(), gap, closed.data());
+                      least, number.data(), least_rows.data(), gap, closed.data());
 }
 
 void assign(const Row<const int32_t>& cell, const Row<const bool>& tall,
@@ -231,6 +268,24 @@ void bind_after(nb::module_& m) {
             return std::tuple(sums.range, sums.together, sums.height);
         });
     m.def("number_pixels", &assign);
+    nb::class_<TrimTuning>(m, "TrimTuning")
+        .def(nb::init<int, int, float, int, int, float>(), nb::kw_only(), "narrow_columns"_a,
+             "narrow_rows"_a, "fringe"_a, "widest_fringe"_a, "edge"_a, "grows"_a);
+    m.def("all_pixels", &pixels, "labels"_a, "step"_a, "number"_a, "window"_a, "map"_a, "plane"_a,
+          "bend"_a, "tolerance"_a, "nearest"_a, "farthest"_a, "left"_a.none(), "right"_a.none(),
+          "offset"_a, "tuning"_a);
+    m.def("count_heights",
+          [](const Row<const uint16_t>& number, const Row<const int32_t>& column,
+             const Grid<int32_t>& heights) {
+              count_heights(number.data(), column.data(), static_cast<int>(number.shape(0)),
+                            static_cast<int>(heights.shape(1)), heights.data());
+          });
+    m.def("find_strips",
+          [](const Row<const int32_t>& heights, int gap, double share) {
+              Strips strips =
+                  find_strips(heights.data(), static_cast<int>(heights.shape(0)), gap, share);
+              return std::tuple(std::move(strips.bounds), strips.first_high, strips.last_high);
+          });
 }
 
 }  // namespace bearcub

@@ -26,10 +26,12 @@ bool looked_at(const Filled& filled, Which which, const uint16_t* number, int i)
 template <class T, class Pick>
 void along_rows(const T* from, T* to, int rows, int columns, int reach, Pick pick) {
     for (int row = 0; row < rows; ++row, from += columns, to += columns) {
-        std::copy(from, from + columns, to);
+        const T* __restrict const there = from;
+        T* __restrict const here = to;
+        std::copy(there, there + columns, here);
         for (int k = 1; k <= std::min(reach, columns - 1); ++k) {
-            for (int i = 0; i < columns - k; ++i) to[i] = pick(to[i], from[i + k]);
-            for (int i = k; i < columns; ++i) to[i] = pick(to[i], from[i - k]);
+            for (int i = 0; i < columns - k; ++i) here[i] = pick(here[i], there[i + k]);
+            for (int i = k; i < columns; ++i) here[i] = pick(here[i], there[i - k]);
         }
     }
 }
@@ -41,7 +43,7 @@ void across_rows(const T* from, T* to, int rows, int columns, int reach, Pick pi
         T* __restrict const here = to + static_cast<std::ptrdiff_t>(row) * columns;
         const int first = std::max(0, row - reach), last = std::min(rows - 1, row + reach);
         for (int other = first; other <= last; ++other) {
-            const T* const there = from + static_cast<std::ptrdiff_t>(other) * columns;
+            const T* __restrict const there = from + static_cast<std::ptrdiff_t>(other) * columns;
             for (int i = 0; i < columns; ++i) here[i] = pick(here[i], there[i]);
         }
     }
@@ -52,8 +54,8 @@ const auto smaller = [](auto a, auto b) { return a < b ? a : b; };
 
 }  // namespace
 
-int mark_peaks(const Filled& filled, Which which, const uint16_t* number, const float* least_rows,
-               int gap, uint8_t* closed) {
+bool mark_peaks(const Filled& filled, Which which, int least, const uint16_t* number,
+                const float* least_rows, int gap, uint8_t* closed) {
     constexpr int kLevels = 2;  // on either side that count together
     Scratch& scratch = of_this_thread<Scratch>();
     const int levels = filled.levels, columns = filled.columns;
@@ -65,20 +67,27 @@ int mark_peaks(const Filled& filled, Which which, const uint16_t* number, const 
         ++scratch.counts[filled.cell[i]];
         ++looked;
     }
+    if (looked < least) return false;
     scratch.bytes.resize(size);
-    scratch.around.resize(columns);
-    for (int level = 0; level < levels; ++level) {
-        int* const around = scratch.around.data();
-        std::fill(around, around + columns, 0);
-        const int last = std::min(levels - 1, level + kLevels);
-        for (int other = std::max(0, level - kLevels); other <= last; ++other) {
-            const int* const there = &scratch.counts[static_cast<std::size_t>(other) * columns];
-            for (int i = 0; i < columns; ++i) around[i] += there[i];
+    scratch.around.assign(columns, 0);
+    const auto row = [&](int level) {
+        return &scratch.counts[static_cast<std::size_t>(level) * columns];
+    };
+    int* __restrict const around = scratch.around.data();
+    for (int level = -kLevels; level < levels; ++level) {
+        if (level + kLevels < levels) {
+            const int* __restrict const next = row(level + kLevels);
+            for (int i = 0; i < columns; ++i) around[i] += next[i];
         }
-        const int* const here = &scratch.counts[static_cast<std::size_t>(level) * columns];
-        uint8_t* const peak = &closed[static_cast<std::size_t>(level) * columns];
+        if (level < 0) continue;
+        const int* __restrict const here = row(level);
+        uint8_t* __restrict const peak = &closed[static_cast<std::size_t>(level) * columns];
         for (int i = 0; i < columns; ++i) {
             peak[i] = (static_cast<float>(around[i]) >= least_rows[level]) & (here[i] > 0);
+        }
+        if (level - kLevels >= 0) {
+            const int* __restrict const past = row(level - kLevels);
+            for (int i = 0; i < columns; ++i) around[i] -= past[i];
         }
     }
     uint8_t* const bytes = scratch.bytes.data();
@@ -86,7 +95,7 @@ int mark_peaks(const Filled& filled, Which which, const uint16_t* number, const 
     across_rows(bytes, closed, levels, columns, 1, larger);
     along_rows(closed, bytes, levels, columns, gap, smaller);
     across_rows(bytes, closed, levels, columns, 1, smaller);
-    return looked;
+    return true;
 }
 
 void number_pixels(const Filled& filled, Which which, const uint16_t* peaks, int foot_levels,
@@ -108,6 +117,32 @@ void number_pixels(const Filled& filled, Which which, const uint16_t* peaks, int
     along_rows(peaks, words, filled.levels, filled.columns, foot_columns / 2, larger);
     across_rows(words, widened, filled.levels, filled.columns, foot_levels / 2, larger);
     for (int i = 0; i < filled.count; ++i) number[i] = widened[filled.cell[i]];
+}
+
+void count_heights(const uint16_t* number, const int32_t* column, int count, int columns,
+                   int32_t* heights) {
+    for (int i = 0; i < count; ++i) {
+        if (number[i]) ++heights[(number[i] - 1) * static_cast<std::ptrdiff_t>(columns) + column[i]];
+    }
+}
+
+Strips find_strips(const int32_t* heights, int columns, int gap, double share) {
+    std::vector<int32_t> closed(columns), tall(columns), high(columns);
+    along_rows(heights, tall.data(), 1, columns, gap, larger);
+    along_rows(tall.data(), closed.data(), 1, columns, gap, smaller);
+    const double least = share * *std::max_element(closed.begin(), closed.end());
+    for (int i = 0; i < columns; ++i) high[i] = closed[i] >= least;
+    along_rows(high.data(), tall.data(), 1, columns, gap, smaller);
+    along_rows(tall.data(), high.data(), 1, columns, gap, larger);
+    int first = 0, last = columns - 1;
+    while (first < last && heights[first] == 0) ++first;
+    while (last > first && heights[last] == 0) --last;
+    Strips strips{{first}, high[first] != 0, high[last] != 0};
+    for (int i = first + 1; i <= last; ++i) {
+        if (high[i] != high[i - 1]) strips.bounds.push_back(i);
+    }
+    strips.bounds.push_back(last + 1);
+    return strips;
 }
 
 }  // namespace bearcub

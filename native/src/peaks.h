@@ -18,12 +18,24 @@ struct Filled {
 // the way, or is overhead.
 enum class Which { tall, standing, hanging };
 
-// Marks the peaks of some pixels, closed over small gaps; returns how many pixels these are.
-int mark_peaks(const Filled&, Which, const uint16_t* number, const float* least_rows, int gap,
-               uint8_t* closed);
+// Marks the peaks of some pixels, closed over small gaps; false, and nothing marked, where these are
+// fewer than `least`.
+bool mark_peaks(const Filled&, Which, int least, const uint16_t* number, const float* least_rows,
+                int gap, uint8_t* closed);
 
 // Numbers pixels by the peak in their cell or, of the tall ones, within a foot around it.
 void number_pixels(const Filled&, Which, const uint16_t* peaks, int foot_levels, int foot_columns,
                    int numbered, uint16_t* number);
+
+// Adds up how many pixels of each thing stand in each column, [number - 1][column].
+void count_heights(const uint16_t* number, const int32_t* column, int count, int columns,
+                   int32_t* heights);
+
+// Where the columns of a thing change between high and low.
+struct Strips {
+    std::vector<int> bounds;  // from its first column to the one beyond its last
+    bool first_high, last_high;
+};
+Strips find_strips(const int32_t* heights, int columns, int gap, double share);
 
 }  // namespace bearcub

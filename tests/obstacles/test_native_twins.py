@@ -16,6 +16,7 @@ from bearcub.obstacles.free_range import free_range
 from bearcub.obstacles.layers import Painter
 from bearcub.obstacles.segment import Segments, segment
 from bearcub.obstacles.sorting import Sorter, Sorting
+from bearcub.obstacles.trim import Trimmer
 from bearcub.stereo.native import reason_missing
 
 pytestmark = pytest.mark.skipif(bool(reason_missing()), reason=f"no core: {reason_missing()}")
@@ -155,6 +156,42 @@ def test_points_behind_and_beside_have_the_bearings_of_the_arc_tangent() -> None
             np.testing.assert_allclose(
                 first.sides(0.01, 0.5), second.sides(0.01, 0.5), rtol=0, atol=1e-11
             )
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    sorter=sorters,
+    seed=st.integers(0, 2**31),
+    step=st.sampled_from([1, 2, 3]),
+    plain=st.booleans(),
+    pair=st.booleans(),
+)
+def test_all_pixels_of_a_thing_are_found(
+    *, sorter: Sorter, seed: int, step: int, plain: bool, pair: bool
+) -> None:
+    random = np.random.default_rng(seed)
+    contrast = 0.0 if plain else 40.0
+    left, right = (
+        (128 + contrast * random.normal(size=(240, 320))).clip(0, 255).astype(np.uint8)
+        for _ in range(2)
+    )
+    right[:, :300] = left[:, 20:]  # the same texture wherever the disparity is 20
+    trim = Trimmer(left=left, right=right, offset=1.5) if pair else None
+    segments = segments_of(
+        sorter.part(np.s_[::step], np.s_[::step]), step=step, lean=0.0, compiled=True
+    )
+    first, second = (
+        list(segments.members(sorter, least=5, trim=trim, compiled=compiled))
+        for compiled in (True, False)
+    )
+    if not pair:
+        for one, other in zip(first, second, strict=True):
+            assert_same_bits(one, other)
+        return
+    counts = [{member.number: member.pixels for member in members} for members in (first, second)]
+    for number in counts[0].keys() | counts[1].keys():
+        few, many = sorted(found.get(number, 0) for found in counts)
+        assert many - few <= 1 + 0.02 * many  # rounding decides of some
 
 
 def an_obstacle(identity: int, base: float) -> Obstacle:

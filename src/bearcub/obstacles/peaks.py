@@ -55,8 +55,8 @@ class PeakFinder:
         closed = np.empty((self.levels, self.width), dtype=np.uint8)
         things = 0
         for which in range(3):
-            looked = core.mark_peaks(*filled, which, number, self.least_rows, self.gap, closed)
-            if looked >= least or which == 0:
+            few = 1 if which == 0 else least
+            if core.mark_peaks(*filled, which, few, number, self.least_rows, self.gap, closed):
                 found, more = _connected(closed)
                 core.number_pixels(*filled, which, found, *self.foot, things, number)
                 things += more
@@ -83,9 +83,7 @@ class PeakFinder:
         A strip is much lower than what it joins, and wider than gaps are; it becomes a thing of
         its own. `number` is changed in place; returned is how many things there are then.
         """
-        cells = number * np.intp(self.width) + column
-        heights = np.bincount(cells, minlength=(things + 1) * self.width)
-        heights = heights.reshape(things + 1, self.width)[1:]  # 0 is no thing
+        heights = self._heights(number, things, column)
         wide = np.count_nonzero(heights, axis=1) > 2 * self.gap + 1
         for k in np.flatnonzero(wide & (heights.sum(axis=1) >= least)):
             runs = self._runs(heights[k])
@@ -97,20 +95,26 @@ class PeakFinder:
                 things += len(runs) - 1
         return things
 
-    def _runs(self, heights: "NDArray[np.int64]") -> list[tuple[int, int]]:
+    def _heights(self, number: UInt16, things: int, column: Int32) -> Int32:
+        """Return how many pixels of each thing stand in each column, shape (things, width)."""
+        if self.compiled:
+            heights = np.zeros((things, self.width), dtype=np.int32)
+            core.count_heights(number, column, heights)
+            return heights
+        cells = number * np.intp(self.width) + column
+        counts = np.bincount(cells, minlength=(things + 1) * self.width)
+        return counts.reshape(things + 1, self.width)[1:].astype(np.int32)  # 0 is no thing
+
+    def _runs(self, heights: Int32) -> list[tuple[int, int]]:
         """Return the columns, first and beyond the last, of the parts of a thing and its strips."""
-        side = np.ones((1, 2 * self.gap + 1), dtype=np.uint8)
-        closed = cv2.morphologyEx(heights.astype(np.float32)[None, :], cv2.MORPH_CLOSE, side)
-        tall = (closed >= _STRIP * closed.max()).view(np.uint8)
-        high = cv2.morphologyEx(tall, cv2.MORPH_OPEN, side)[0] > 0
-        first, last = np.flatnonzero(heights)[[0, -1]].tolist()
-        cuts = (1 + np.flatnonzero(np.diff(high[first : last + 1]))).tolist()
-        runs = list(pairwise([first, *(first + cut for cut in cuts), last + 1]))
+        find = core.find_strips if self.compiled else _strips
+        bounds, first_high, last_high = find(heights, self.gap, _STRIP)
+        runs = list(pairwise(bounds))
         # what is lower at a thing's own side is its, unless it goes on for long
-        if len(runs) > 1 and not high[first] and _length(runs[0]) < _length(runs[1]):
-            runs[:2] = [(first, runs[1][1])]
-        if len(runs) > 1 and not high[last] and _length(runs[-1]) < _length(runs[-2]):
-            runs[-2:] = [(runs[-2][0], last + 1)]
+        if len(runs) > 1 and not first_high and _length(runs[0]) < _length(runs[1]):
+            runs[:2] = [(runs[0][0], runs[1][1])]
+        if len(runs) > 1 and not last_high and _length(runs[-1]) < _length(runs[-2]):
+            runs[-2:] = [(runs[-2][0], runs[-1][1])]
         return runs
 
     def components(self, cell: Int32) -> tuple[UInt16, int]:
@@ -126,6 +130,17 @@ class PeakFinder:
 def _connected(peaks: UInt8) -> tuple[UInt16, int]:
     count, components = cv2.connectedComponents(peaks, connectivity=8, ltype=cv2.CV_16U)
     return np.asarray(components, dtype=np.uint16), count - 1
+
+
+def _strips(heights: Int32, gap: int, share: float) -> tuple[list[int], bool, bool]:
+    """Return where the columns of a thing change between high and low; what its ends are."""
+    side = np.ones((1, 2 * gap + 1), dtype=np.uint8)
+    closed = cv2.morphologyEx(heights.astype(np.float32)[None, :], cv2.MORPH_CLOSE, side)
+    tall = (closed >= share * closed.max()).view(np.uint8)
+    high = cv2.morphologyEx(tall, cv2.MORPH_OPEN, side)[0] > 0
+    first, last = np.flatnonzero(heights)[[0, -1]].tolist()
+    cuts = (1 + first + np.flatnonzero(np.diff(high[first : last + 1]))).tolist()
+    return [first, *cuts, last + 1], bool(high[first]), bool(high[last])
 
 
 def _length(run: tuple[int, int]) -> int:

@@ -1,7 +1,7 @@
 """From pixels that stand above the floor to separate things, in the column histogram."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import cv2
@@ -13,10 +13,10 @@ from bearcub.messages import Bool
 from bearcub.obstacles.histograms import level_centres, to_cells
 from bearcub.obstacles.peaks import PeakFinder
 from bearcub.obstacles.sorting import Sorter, Sorting
-from bearcub.stereo.native import COMPILED
+from bearcub.obstacles.trim import Trimmer, trim_tuning
+from bearcub.stereo.native import COMPILED, core
 
 Index = NDArray[np.int64]
-Trim = Callable[[Bool, Sorting], Bool]
 
 _MANY = 2500  # sampled pixels that tell as much as all
 _SAMPLE = 2500  # pixels that tell all there is to tell of a large thing
@@ -70,7 +70,14 @@ class Segments:
     nearest_level: float
     farthest_level: float
 
-    def members(self, sorter: Sorter, *, least: int, trim: Trim | None = None) -> Iterator[Member]:
+    def members(
+        self,
+        sorter: Sorter,
+        *,
+        least: int,
+        trim: Trimmer | None = None,
+        compiled: bool = COMPILED,
+    ) -> Iterator[Member]:
         """Yield the pixels of each: all of a small thing's, a sample of a large one's.
 
         Parameters
@@ -79,9 +86,13 @@ class Segments:
             Of the same frame.
         least : int
             Smallest thing of interest [px].
-        trim : callable, optional
-            Takes a window's mask and its sorting, returns the mask without a matcher's fringe.
+        trim : Trimmer, optional
+            Takes off what a matcher carries past the sides.
+        compiled : bool
+            By the native core, ``native/src/outline.cpp``; else by NumPy. The same but for pixels
+            in which rounding decides what to trim.
         """
+        all_of = self._all_of_compiled if compiled else self._all_of
         index = np.flatnonzero(self.labels)
         number = self.labels.ravel()[index]
         order = np.argsort(number, kind="stable")  # 16 bits: a radix sort
@@ -95,7 +106,7 @@ class Segments:
             thin = 1 if few else _thinned(count)
             v, u = np.divmod(index[order[ends[k - 1] : ends[k] : thin]], width)
             if trim is not None or (few and self.step > 1):
-                u, v = self._all_of(k, u, v, sorter, trim)
+                u, v = all_of(k, u, v, sorter, trim)
                 if len(u):
                     thin = _thinned(len(u))
                     yield Member(number=k, u=u[::thin], v=v[::thin], stride=1, pixels=len(u))
@@ -120,8 +131,30 @@ class Segments:
         found: Bool = part.standing & near & far
         return found
 
+    def _all_of_compiled(
+        self, k: int, u: Index, v: Index, sorter: Sorter, trim: Trimmer | None
+    ) -> tuple[Index, Index]:
+        surface = sorter.surface
+        found: tuple[Index, Index] = core.all_pixels(
+            self.labels,
+            self.step,
+            k,
+            (int(v.min()), int(u.min()), int(v.max()) + 1, int(u.max()) + 1),
+            sorter.disparity,
+            surface.plane.tolist(),
+            surface.bend,
+            sorter.tolerance,
+            self.nearest_level,
+            self.farthest_level,
+            None if trim is None else trim.left,
+            None if trim is None else trim.right,
+            0.0 if trim is None else trim.offset,
+            trim_tuning(),
+        )
+        return found
+
     def _all_of(
-        self, k: int, u: Index, v: Index, sorter: Sorter, trim: Trim | None
+        self, k: int, u: Index, v: Index, sorter: Sorter, trim: Trimmer | None
     ) -> tuple[Index, Index]:
         """Return the columns and rows of every pixel of a thing that was sampled at (u, v)."""
         top, left, bottom, right = int(v.min()), int(u.min()), int(v.max()) + 1, int(u.max()) + 1

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -34,6 +33,7 @@ from bearcub.obstacles.segment import Member, Segments, segment
 from bearcub.obstacles.sorting import Sorter, Sorting
 from bearcub.obstacles.surroundings import goes_on_below, hidden_below, mixed
 from bearcub.obstacles.terrain import lie_of_the_land
+from bearcub.obstacles.trim import Trimmer
 from bearcub.obstacles.verify import Witness, confirmed
 from bearcub.rig.model import Mount
 from bearcub.robust import median
@@ -230,7 +230,11 @@ class ObstacleStage:
         rising: list[Extent] = []
         trim = None
         if frame.witness is not None:
-            trim = partial(frame.witness.trimmed, offset=frame.disparity.offset)
+            trim = Trimmer(
+                left=frame.witness.left,
+                right=frame.witness.right,
+                offset=frame.disparity.offset,
+            )
         shape = frame.disparity.disparity.shape
         for member in frame.segments.members(frame.sorter, least=self.least_pixels, trim=trim):
             extent, sure = self._extent(member, frame)
