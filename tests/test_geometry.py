@@ -15,6 +15,7 @@ from bearcub.geometry import (
     base_from_optical,
     camera_attitude,
     forward_in_camera,
+    inverse,
     rotation,
 )
 
@@ -200,3 +201,23 @@ def test_axis_of_a_pitched_camera_meets_the_floor_at_height_over_tangent() -> No
     point = PAPER.points(np.array([PAPER.cx]), np.array([PAPER.cy]), np.array([disparity]))[0]
     # 1.2 / tan 30 deg = 2.0785 m ahead, 1.2 m below
     np.testing.assert_allclose(turn @ point, [2.078461, 0.0, -1.2], atol=1e-6)
+
+
+@given(angles, angles, angles, angles)
+def test_attitudes_multiply_as_their_matrices_do(
+    roll: float, pitch: float, mount_roll: float, mount_pitch: float
+) -> None:
+    body, mount = degrees(roll=roll, pitch=pitch), degrees(roll=mount_roll, pitch=mount_pitch)
+    turns = [rotation(roll=one.roll, pitch=one.pitch) for one in (body, mount)]
+    down = OPTICAL_FROM_BODY @ (turns[0] @ turns[1]).T @ np.array([0.0, 0.0, -1.0])
+    found = camera_attitude(body=body, mount=mount).down()
+    np.testing.assert_allclose(found, down, rtol=0, atol=1e-12)
+    ahead = OPTICAL_FROM_BODY @ turns[1].T @ np.array([1.0, 0.0, 0.0])
+    np.testing.assert_allclose(forward_in_camera(mount), ahead, rtol=0, atol=1e-12)
+
+
+@given(st.integers(0, 2**31))
+def test_a_matrix_times_its_inverse_is_one(seed: int) -> None:
+    matrix = np.random.default_rng(seed).normal(size=(3, 3)) + 3 * np.eye(3)
+    if abs(np.linalg.det(matrix)) > 0.1:
+        np.testing.assert_allclose(inverse(matrix) @ matrix, np.eye(3), rtol=0, atol=1e-8)

@@ -228,6 +228,10 @@ void bind_after(nb::module_& m) {
     m.def("follow_floor", &follow);
     m.def("sort_pixels", &sort);
     m.def("count_standing", &count);
+    m.def("count_valid", [](const Grid<const float>& disparity) {
+        const Valid found = count_valid(disparity.data(), static_cast<int64_t>(disparity.size()));
+        return std::tuple(found.sound, found.unmatched);
+    });
     m.def("to_cells", &cells);
     m.def("find_ends", &ends);
     m.def("mark_peaks", &mark);
@@ -271,7 +275,7 @@ void bind_after(nb::module_& m) {
     nb::class_<TrimTuning>(m, "TrimTuning")
         .def(nb::init<int, int, float, int, int, float>(), nb::kw_only(), "narrow_columns"_a,
              "narrow_rows"_a, "fringe"_a, "widest_fringe"_a, "edge"_a, "grows"_a);
-    m.def("all_pixels", &pixels, "labels"_a, "step"_a, "number"_a, "window"_a, "map"_a, "plane"_a,
+    m.def("all_pixels", &pixels, "labels"_a, "step"_a, "number"_a, "window"_a, "whole"_a, "plane"_a,
           "bend"_a, "tolerance"_a, "nearest"_a, "farthest"_a, "left"_a.none(), "right"_a.none(),
           "offset"_a, "tuning"_a);
     m.def("count_heights",

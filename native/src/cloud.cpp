@@ -90,28 +90,29 @@ Cloud::Ends Cloud::ends(const std::vector<double>& values, double step, double s
 
 std::vector<Cloud::Direction> Cloud::directions(double right, double left, int count,
                                                 int near) const {
-    std::vector<std::vector<double>> groups(count);
-    const double span = std::max(left - right, 1e-9);
+    const double per_width = count / std::max(left - right, 1e-9);
+    std::vector<int> group(range_.size()), ends(count + 1, 0);
     for (std::size_t i = 0; i < range_.size(); ++i) {
-        const double position = (bearing_[i] - right) / span * count;
-        const int group = static_cast<int>(std::min(std::max(position, 0.0), count - 1.0));
-        groups[group].push_back(range_[i]);
+        const double position = (bearing_[i] - right) * per_width;
+        group[i] = static_cast<int>(std::min(std::max(position, 0.0), count - 1.0));
+        ++ends[group[i] + 1];
     }
+    for (int k = 0; k < count; ++k) ends[k + 1] += ends[k];
+    std::vector<int> next(ends);
+    std::vector<double> ordered(range_.size());
+    for (std::size_t i = 0; i < range_.size(); ++i) ordered[next[group[i]]++] = range_[i];
     std::vector<Direction> found;
-    for (std::vector<double>& group : groups) {
-        const int size = static_cast<int>(group.size());
+    for (int k = 0; k < count; ++k) {
+        const int size = ends[k + 1] - ends[k];
         if (size == 0) {
             found.push_back({0, kNan, kNan});
             continue;
         }
-        const int middle = size - (size + 1) / 2;
-        std::nth_element(group.begin(), group.begin() + middle, group.end());
-        const double at_middle = group[middle];
-        const int rank = size / near;
-        if (rank < middle) {
-            std::nth_element(group.begin(), group.begin() + rank, group.begin() + middle);
-        }
-        found.push_back({size, group[rank], at_middle});
+        const auto first = ordered.begin() + ends[k], last = ordered.begin() + ends[k + 1];
+        const int middle = size - (size + 1) / 2, rank = size / near;
+        std::nth_element(first, first + middle, last);
+        if (rank < middle) std::nth_element(first, first + rank, first + middle);
+        found.push_back({size, first[rank], first[middle]});
     }
     return found;
 }

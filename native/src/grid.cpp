@@ -174,4 +174,23 @@ Ends find_ends(const Labelled& grid, const View& view, const Directions& way) {
     return ends;
 }
 
+Valid count_valid(const float* disparity, int64_t count) {
+    constexpr uint32_t kInfinite = 0x7f800000;
+    using Bits __attribute__((may_alias)) = uint32_t;
+    const auto* const bits = reinterpret_cast<const Bits*>(disparity);
+    Valid found{0, 0};
+    // groups short enough for counters of 32 bits, which vectors hold
+    for (int64_t start = 0; start < count; start += 1 << 20) {
+        const int64_t end = std::min<int64_t>(count, start + (1 << 20));
+        uint32_t sound = 0, unmatched = 0;
+        for (int64_t i = start; i < end; ++i) {
+            sound += bits[i] < kInfinite;
+            unmatched += (bits[i] & 0x7fffffff) > kInfinite;
+        }
+        found.sound += sound;
+        found.unmatched += unmatched;
+    }
+    return found;
+}
+
 }  // namespace bearcub

@@ -87,4 +87,11 @@ struct Ends {
 };
 Ends find_ends(const Labelled&, const View&, const Directions&);
 
+// src/bearcub/stereo/stage.py, _taken: how many disparities are from 0 on and finite, and how many
+// are no numbers.
+struct Valid {
+    int64_t sound, unmatched;
+};
+Valid count_valid(const float* disparity, int64_t count);
+
 }  // namespace bearcub

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from bearcub.geometry import Float64, Projection, down_vector
+from bearcub.geometry import Float64, Projection, down_vector, inverse
 from bearcub.ground.prior import Prior
 from bearcub.messages import Bool, Float32
 from bearcub.robust import quantile
@@ -96,7 +96,7 @@ class _Refined:
     def summary(self) -> PlaneFit:
         """Return the fit with its covariance."""
         each = max(1.0, _CORRELATED / self.stride**2)
-        covariance: Float64 = each * np.asarray(np.linalg.inv(self.normal), dtype=np.float64)
+        covariance: Float64 = each * inverse(self.normal)
         covariance[2, 2] += _LOCKING**2
         return PlaneFit(
             plane=self.plane,

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bearcub.errors import InputError
-from bearcub.geometry import Attitude, Float64, Projection, camera_attitude
+from bearcub.geometry import Attitude, Float64, Projection, camera_attitude, inverse
 from bearcub.ground.fit import Gates, PlaneFit, fit_plane
 from bearcub.ground.prior import Prior, expect
 from bearcub.ground.profile import follow_floor, just_ahead
@@ -129,7 +129,7 @@ class GroundStage:
 
     def _seen(self, prior: Prior, fit: PlaneFit, disparity: DisparityMap) -> Ground:
         measured = _values(self.projection, fit.plane)
-        back = np.linalg.inv(_plane_jacobian(self.projection, measured))
+        back = inverse(_plane_jacobian(self.projection, measured))
         covariance = back @ fit.covariance @ back.T
         ramp = prior.tilted and rises_ahead(prior.values, prior.sigma, measured, covariance)
         if ramp:
@@ -153,7 +153,7 @@ class GroundStage:
             plane, profile, more = just_ahead(plane, profile)
         ahead = _values(self.projection, plane)
         of_plane = jacobian @ covariance @ jacobian.T + more
-        back = np.linalg.inv(_plane_jacobian(self.projection, ahead))
+        back = inverse(_plane_jacobian(self.projection, ahead))
         sigma = np.sqrt(np.diag(back @ of_plane @ back.T))
         return Ground(
             plane=plane,
@@ -232,8 +232,8 @@ def fuse(
     spread = np.sqrt(sigma**2 + np.diag(covariance))
     agrees = np.abs(measured - expected) <= 3 * spread
     information = np.diag(np.where(agrees, sigma**-2.0, 0.0))
-    precision = np.linalg.inv(covariance)
-    fused = np.linalg.inv(precision + information)
+    precision = inverse(covariance)
+    fused = inverse(precision + information)
     return fused @ (precision @ measured + information @ expected), fused
 
 

@@ -73,23 +73,26 @@ def free_range(
     blocks = np.zeros(len(obstacles) + 1, dtype=bool)
     blocks[[o.id for o in standing]] = True
     find = _ends_compiled if compiled else _ends_in_numpy
-    ends, things, holes = find(sorting, painter, view, bearings, step, blocks, farthest)
+    seen, things, holes = find(sorting, painter, view, bearings, step, blocks, farthest)
     things = np.minimum(things, _narrow_things(standing, bearings, step))
-    for what, hit in ((Limit.OBSTACLE, things), (Limit.HOLE, holes)):
-        # an unseen strip before a thing is its own foot; beyond the floor's end it is the limit
-        reached = hit <= np.where(np.isnan(ends), math.inf, _FOOT * ends)
-        for k in np.flatnonzero(reached & np.isfinite(hit)):
-            if limits[k] == Limit.UNSEEN or hit[k] < ends[k]:
+    ends: list[float] = seen.tolist()
+    for what, hits in ((Limit.OBSTACLE, things), (Limit.HOLE, holes)):
+        for k, hit in enumerate(hits.tolist()):
+            end = ends[k]
+            # an unseen strip before a thing is its own foot; beyond the floor's end it is the limit
+            if hit == math.inf or hit > _FOOT * end:  # NaN, where no floor was seen, is no end
+                continue
+            if limits[k] == Limit.UNSEEN or hit < end:
                 limits[k] = what
-            ends[k] = np.fmin(hit[k], ends[k])
+            ends[k] = hit if math.isnan(end) else min(hit, end)
     for band in terrain.profile:
         if abs(band.slope) - band.sigma > steepest:
             limits = [
                 Limit.SLOPE if end > band.start else limit
                 for end, limit in zip(ends, limits, strict=True)
             ]
-            ends = np.minimum(ends, band.start)
-    return FreeRange(bearing=bearings, range=ends, limit=tuple(limits))
+            ends = [end if math.isnan(end) else min(end, band.start) for end in ends]
+    return FreeRange(bearing=bearings, range=np.array(ends), limit=tuple(limits))
 
 
 def _directions(view: View, columns: int, step: float) -> Float64:

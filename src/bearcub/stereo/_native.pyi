@@ -1,13 +1,162 @@
-# What the compiled core offers; native/src/bindings.cpp defines it.
+# What the compiled core offers; native/src/{bindings,after_bindings}.cpp define it.
+
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-_Three = tuple[float, float, float]
-_Lens = tuple[float, float, float, float, float]
+_Three: TypeAlias = tuple[float, float, float]
+_Lens: TypeAlias = tuple[float, float, float, float, float]
 """fx, fy, cx, cy, baseline."""
 
+_Bool: TypeAlias = NDArray[np.bool_]
+_Bytes: TypeAlias = NDArray[np.uint8]
+_Float: TypeAlias = NDArray[np.float32]
+_Double: TypeAlias = NDArray[np.float64]
+_Int: TypeAlias = NDArray[np.int32]
+_Long: TypeAlias = NDArray[np.int64]
+_Word: TypeAlias = NDArray[np.uint16]
+
 def levels() -> list[str]: ...
+def count_valid(disparity: _Float) -> tuple[int, int]: ...
+def sort_pixels(
+    whole: _Float,
+    plane: list[float],
+    bend: _Float,
+    tolerance: _Float,
+    farthest_level: float,
+    part: tuple[int, int, int, int, int, int],
+    disparity: _Float,
+    floor: _Float,
+    residual: _Float,
+    allowed: _Float,
+    standing: _Bool,
+    on_floor: _Bool,
+    below: _Bool,
+    /,
+) -> None: ...
+def count_standing(
+    disparity: _Float, floor: _Float, standing: _Bool, nearest: float, farthest: float, /
+) -> tuple[int, float]: ...
+def to_cells(
+    disparity: _Float,
+    floor: _Float,
+    standing: _Bool,
+    nearest: float,
+    farthest: float,
+    shift: _Int,
+    level: _Int,
+    width: int,
+    tall: float,
+    overhead: float,
+    index: _Long,
+    column: _Int,
+    cell: _Int,
+    is_tall: _Bool,
+    is_overhead: _Bool,
+    /,
+) -> None: ...
+def mark_peaks(
+    cell: _Int,
+    tall: _Bool,
+    overhead: _Bool,
+    levels: int,
+    columns: int,
+    which: int,
+    least: int,
+    number: _Word,
+    least_rows: _Float,
+    gap: int,
+    closed: _Bytes,
+    /,
+) -> bool: ...
+def number_pixels(
+    cell: _Int,
+    tall: _Bool,
+    overhead: _Bool,
+    levels: int,
+    columns: int,
+    which: int,
+    peaks: _Word,
+    foot_levels: int,
+    foot_columns: int,
+    numbered: int,
+    number: _Word,
+    /,
+) -> None: ...
+def count_heights(number: _Word, column: _Int, heights: _Int, /) -> None: ...
+def find_strips(heights: _Int, gap: int, share: float, /) -> tuple[list[int], bool, bool]: ...
+def find_ends(
+    disparity: _Float,
+    floor: _Float,
+    on_floor: _Bool,
+    labels: _Int,
+    u: _Long,
+    v: _Long,
+    lens: _Lens,
+    rotation: list[list[float]],
+    origin: list[float],
+    first: float,
+    step: float,
+    directions: int,
+    blocks: _Bool,
+    nearest: float,
+    farthest: float,
+    cells: int,
+    gap: int,
+    hits: int,
+    /,
+) -> tuple[list[float], list[float], list[float]]: ...
+
+class TrimTuning:
+    def __init__(
+        self,
+        *,
+        narrow_columns: int,
+        narrow_rows: int,
+        fringe: float,
+        widest_fringe: int,
+        edge: int,
+        grows: float,
+    ) -> None: ...
+
+def all_pixels(
+    labels: _Word,
+    step: int,
+    number: int,
+    window: tuple[int, int, int, int],
+    whole: _Float,
+    plane: list[float],
+    bend: _Float,
+    tolerance: _Float,
+    nearest: float,
+    farthest: float,
+    left: _Bytes | None,
+    right: _Bytes | None,
+    offset: float,
+    tuning: TrimTuning,
+) -> tuple[_Long, _Long]: ...
+
+class Cloud:
+    def __init__(
+        self,
+        lens: _Lens,
+        rotation: list[list[float]],
+        origin: list[float],
+        u: _Double,
+        v: _Double,
+        disparity: _Float,
+        /,
+    ) -> None: ...
+    def sides(self, step: float, share: float, /) -> tuple[float, float]: ...
+    def heights(self, step: float, share: float, /) -> tuple[float, float]: ...
+    def directions(
+        self, right: float, left: float, count: int, near: int, /
+    ) -> tuple[list[float], list[float], list[float]]: ...
+    def range(self, share: float, /) -> float: ...
+    def height_before(self, limit: float, share: float, /) -> float: ...
+    def squares(self) -> float: ...
+    def spread(self) -> tuple[float, float, float]: ...
 
 class FitTuning:
     def __init__(

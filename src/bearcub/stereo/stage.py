@@ -16,6 +16,7 @@ from bearcub.stereo.gates import gate
 from bearcub.stereo.grain import without_grain
 from bearcub.stereo.images import grey
 from bearcub.stereo.matchers import Matcher
+from bearcub.stereo.native import COMPILED, core
 from bearcub.stereo.search import search_range
 
 _SOUND = 0.5  # share of matched pixels that leaves no doubt of a map
@@ -171,6 +172,13 @@ def from_disparity(
     return taken
 
 
+def _count_valid(disparity: Float32) -> tuple[int, int]:
+    """Return how many disparities are from 0 on and finite, and how many are no numbers."""
+    # the bits of floats from 0 to the largest finite one are the integers in the same order
+    sound = disparity.view(np.uint32) < _INFINITE
+    return int(np.count_nonzero(sound)), int(np.count_nonzero(np.isnan(disparity)))
+
+
 def _taken(
     adjusted: Float32, *, smallest: float, largest: float, offset: float, fattening: float
 ) -> DisparityMap:
@@ -179,10 +187,8 @@ def _taken(
     What lies up to a pixel beyond infinity is infinity; what lies farther beyond, or is infinite,
     is no match.
     """
-    # the bits of floats from 0 to the largest finite one are the integers in the same order
-    sound = adjusted.view(np.uint32) < _INFINITE
-    valid = int(np.count_nonzero(sound))
-    if valid + np.count_nonzero(np.isnan(adjusted)) < adjusted.size:
+    valid, unmatched = core.count_valid(adjusted) if COMPILED else _count_valid(adjusted)
+    if valid + unmatched < adjusted.size:
         known = (adjusted >= -1.0) & (adjusted < math.inf)
         valid = int(np.count_nonzero(known))
         adjusted = np.where(known, np.maximum(adjusted, np.float32(0)), np.float32(np.nan))
