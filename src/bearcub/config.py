@@ -145,6 +145,9 @@ class GroundSearch(Table):
     sigma_tilt_deg: float = setting(
         1.5, "1-sigma of roll and pitch with a tilt reading [deg]", low=0.01, high=45.0
     )
+    tilt_noise_deg: float = setting(
+        0.25, "1-sigma of the tilt reading against gravity itself [deg]", low=0.0, high=45.0
+    )
     unevenness: float = setting(0.01, "height of bumps that are still floor [m]", low=0.0, high=0.5)
     steepest_deg: float = setting(
         20.0, "steepest ground that is still a way, not an obstacle [deg]", low=1.0, high=45.0

@@ -216,6 +216,7 @@ class Pipeline:
             unevenness=self.config.ground.unevenness,
             bias=detection.bias,
             steepest=math.radians(self.config.ground.steepest_deg),
+            tilt_noise=math.radians(self.config.ground.tilt_noise_deg),
             bearing_step=math.radians(detection.bearing_step_deg),
         )
 

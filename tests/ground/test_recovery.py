@@ -24,6 +24,7 @@ Noisy = Callable[..., Float32]
 Look = Callable[..., Answer]
 
 FLOOR = scenes.floor()
+HEIGHT = 1.2  # of the paper's rig [m]
 NOISE = 0.2  # px, a good matcher's
 
 # body roll and pitch [deg], mount height [m] and pitch [deg], drawn once at random
@@ -220,6 +221,19 @@ def test_stated_sigmas_are_neither_boasts_nor_excuses(shot: Shot, noisy: Noisy, 
     # sigmas allow for a matcher's neighbouring errors, which this noise does not have
     assert (rms < 2).all(), rms
     assert (rms > 0.1).all(), rms
+
+
+def test_noisy_pixels_make_the_pitch_doubtful_and_not_the_roll(
+    shot: Shot, noisy: Noisy, look: Look
+) -> None:
+    frame = shot(FLOOR)
+    calm, rough = (look(noisy(frame.disparity, sigma)).ground for sigma in (0.15, 0.5))
+    # a matcher draws the horizon by 0.85 px times the square of the noise: 0.02 and 0.21 px, of
+    # 19.3 px a radian (f B / h); that the nearest floor stays makes it a little more
+    pull = 0.85 * 0.5**2 * HEIGHT / (193 * 0.12)
+    assert calm.sigma_pitch < 0.3 * pull
+    assert pull < rough.sigma_pitch < 2 * pull
+    assert rough.sigma_roll < 0.5 * pull
 
 
 @pytest.mark.parametrize("sigma", [0.1, 0.15, 0.2, 0.3, 0.4])

@@ -49,7 +49,7 @@ _BORDERED = 0.6  # share of its columns in which floor must border it
 _AT_ONCE = 0.6  # of its fall three windows on that a drop has in the first behind its lip
 _LONGEST = 4.0  # ground that lies lower for longer is no pit but another floor [m]
 _DEEPEST = 0.1  # quantile of height that is called the bottom
-_VAGUE = 0.2  # 1-sigma of a hole's width, length and depth, as a share: its rim is a slope
+_VAGUE = 0.15  # 1-sigma of a hole's width, length and depth, as a share: its rim is a slope
 _SMOOTHED = 0.3  # ... and of its depth, which the matcher's windows make less
 _SHALLOW = 0.05  # depth over length of ground that undulates
 _STEEP = math.radians(20.0)  # a hole's walls are at least so steep
@@ -336,7 +336,7 @@ def _measure(
         depth=depth,
         depth_is_lower_bound=(pit and depth > _VISIBLE * visible) or not pit,
         kind="pit" if pit else "drop",
-        sigma_distance=math.hypot(5 * step, distance * ground.noise / level / 4),
+        sigma_distance=math.hypot(3 * step, distance * ground.noise / level / 4),
         sigma_width=math.hypot(3 * pixel * distance, _VAGUE * across),
         sigma_length=math.hypot(3 * step, _VAGUE * length) if pit else math.nan,
         sigma_depth=math.hypot(

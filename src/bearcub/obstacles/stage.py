@@ -103,6 +103,8 @@ class ObstacleStage:
         1-sigma of the disparity error that all pixels of a thing share [px].
     steepest : float
         Steepest ground that is still a way [rad].
+    tilt_noise : float
+        1-sigma of a tilt reading against gravity [rad].
     bearing_step : float
         Between the directions of the free range [rad].
     """
@@ -120,6 +122,7 @@ class ObstacleStage:
     unevenness: float
     bias: float
     steepest: float
+    tilt_noise: float
     bearing_step: float
 
     def __call__(
@@ -155,7 +158,9 @@ class ObstacleStage:
         painter = Painter(
             sorter=frame.sorter, segments=frame.segments, identities=identities, holes=regions
         )
-        terrain = lie_of_the_land(frame.sorting, frame.view, ground, gravity=gravity)
+        terrain = lie_of_the_land(
+            frame.sorting, frame.view, ground, gravity=gravity, tilt_noise=self.tilt_noise
+        )
         way = free_range(
             frame.sorting,
             painter,

@@ -24,6 +24,7 @@ def lie_of_the_land(
     ground: Ground,
     *,
     gravity: Float64 | None,
+    tilt_noise: float,
 ) -> Terrain:
     """Tell how the ground ahead is inclined.
 
@@ -37,6 +38,8 @@ def lie_of_the_land(
     gravity : ndarray of float64, shape (3,), or None
         Direction of gravity in optical axes; without it slopes are against the ground under the
         robot: the nearest that is seen.
+    tilt_noise : float
+        1-sigma of that direction [rad].
 
     Returns
     -------
@@ -54,9 +57,13 @@ def lie_of_the_land(
         x, z, sigma_z, np.append(starts, _BAND[0]), np.append(starts + _STEP, _BAND[1])
     )
     slope, sigma = slopes.pop(), doubts.pop()
+    tilt_noise = 0.0 if gravity is None else tilt_noise
     bands = [
         SlopeBand(
-            start=start, end=start + _STEP, slope=rise, sigma=math.hypot(doubt, ground.sigma_pitch)
+            start=start,
+            end=start + _STEP,
+            slope=rise,
+            sigma=math.hypot(doubt, ground.sigma_pitch, tilt_noise),
         )
         for start, rise, doubt in zip(starts.tolist(), slopes, doubts, strict=True)
         if doubt < _DOUBTFUL
@@ -65,7 +72,7 @@ def lie_of_the_land(
     return Terrain(
         slope=slope,
         cross_slope=math.asin(float(np.clip(up, -1, 1))),
-        sigma=math.hypot(sigma, max(ground.sigma_pitch, ground.sigma_roll)),
+        sigma=math.hypot(sigma, max(ground.sigma_pitch, ground.sigma_roll), tilt_noise),
         roughness=_roughness(sorting, view, ground),
         reference=reference,
         profile=tuple(bands),
