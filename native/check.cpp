@@ -7,6 +7,7 @@
 
 #include "src/levels.h"
 #include "src/matcher.h"
+#include "src/rectifier.h"
 #include "src/refiner.h"
 
 using namespace bearcub;
@@ -34,7 +35,7 @@ std::vector<uint8_t> noise(const Shape& shape, bool right) {
     for (int v = 0; v < shape.height; ++v) {
         const int shift = right ? shape.smallest + (2 * v < shape.height ? 3 : 9) : 0;
         for (int i = 0; i < shape.width * bytes; ++i) {
-            uint32_t x = static_cast<uint32_t>(v * 40503 + (i + shift * bytes + 4096) * 2654435);
+            uint32_t x = v * 40503u + (i + shift * bytes + 4096) * 2654435u;
             x = (x ^ x >> 15) * 2246822519u;
             image.push_back(static_cast<uint8_t>((x ^ x >> 13) >> 8));
         }
@@ -63,6 +64,27 @@ uint64_t answer(const Case& given, const Level& level) {
     return sum;
 }
 
+// The raw image bent, and moved beyond its border.
+uint64_t rectified(const Level& level) {
+    const Shape shape{70, 131, 0, 16, 8};
+    std::vector<int16_t> whole;
+    std::vector<uint16_t> shares;
+    for (int v = 0; v < shape.height; ++v) {
+        for (int u = 0; u < shape.width; ++u) {
+            whole.push_back(static_cast<int16_t>(u - 3 + v / 9));
+            whole.push_back(static_cast<int16_t>(v + 5 - u / 13));
+            shares.push_back(static_cast<uint16_t>((u * 37 + v * 101) % 1024));
+        }
+    }
+    const std::vector<uint8_t> left = noise(shape, false), right = noise(shape, true);
+    std::vector<uint8_t> answers[] = {left, right};
+    const RawPixels map{whole.data(), shares.data()};
+    Rectifier rectifier(shape.height, shape.width, {map, map}, 2, *level.rectify);
+    rectifier.rectify({{left.data(), shape.width}, {right.data(), shape.width}},
+                      {answers[0].data(), answers[1].data()});
+    return checksum(answers[1], checksum(answers[0]));
+}
+
 }  // namespace
 
 int main() {
@@ -75,6 +97,6 @@ int main() {
         for (const Case& given : cases) {
             std::printf(" %016llx", static_cast<unsigned long long>(answer(given, level)));
         }
-        std::printf("\n");
+        std::printf(" %016llx\n", static_cast<unsigned long long>(rectified(level)));
     }
 }

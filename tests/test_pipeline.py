@@ -21,6 +21,9 @@ from bearcub.messages import Answer, Float32, Snapshot, Tilt, UInt8
 from bearcub.pipeline import Pipeline
 from bearcub.rig import Rig
 from bearcub.sim import Rendered, render, scenes
+from bearcub.sim.materials import BRICK
+from bearcub.sim.solids import Box
+from bearcub.sim.world import Thing
 
 Pair = tuple[UInt8, UInt8]
 
@@ -246,6 +249,28 @@ def test_configuration_reaches_the_stages(can: Callable[[Rig], Rendered]) -> Non
     np.testing.assert_allclose(np.diff(np.degrees(answer.free_range.bearing)), 5.0, atol=1e-9)
     tall = Config(detection=Detection(least_height=0.9))
     assert Pipeline(HALF, tall).process(snapshot).obstacles == ()
+
+
+def test_rows_above_the_robot_can_be_left_out_and_what_they_cut_says_so() -> None:
+    face = Box(x=6.1, y=0.0, bottom=0.0, size=(0.2, 1.5, 2.6), texture=BRICK)
+    scene = replace(scenes.floor(), things=(Thing(name="door", foot=(6.0, 0.0), parts=(face,)),))
+    frame = render(scene, RIG, body=LEVEL, supersample=1)
+    snapshot = Snapshot(left=frame.left, right=frame.right, tilt=Tilt(pitch=0.0, roll=0.0))
+    low = Config(detection=Detection(clearance=0.8))
+    region = replace(low, matching=replace(low.matching, region_of_interest=True))
+    whole, below = (Pipeline(RIG, config) for config in (low, region))
+    # 0.8 m is no higher than row 206 up to 20 m; nose down by 3 times 1.5 deg, than 175.
+    assert below.match(snapshot).first_row == 128
+    assert whole.match(snapshot).first_row == 0
+    ((tall,), (cut,)) = (each.process(snapshot).obstacles for each in (whole, below))
+    assert tall.truncated == ()
+    assert tall.height == pytest.approx(2.6, abs=0.1)
+    assert cut.truncated == ("top",)
+    # Row 128 is 1.1 m higher than the camera at 6 m, and the matcher's margin below it.
+    assert 2.0 < cut.height < 2.4
+    assert math.isnan(cut.sigma_height)
+    for name in ("distance", "bearing", "width"):
+        assert getattr(cut, name) == pytest.approx(getattr(tall, name), abs=0.05)
 
 
 def test_wrong_tilt_reading_is_noted_with_its_size(can: Callable[[Rig], Rendered]) -> None:

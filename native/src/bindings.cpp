@@ -13,6 +13,8 @@
 #include "after_bindings.h"
 #include "levels.h"
 #include "matcher.h"
+#include "memory.h"
+#include "rectifier.h"
 #include "refiner.h"
 
 namespace nb = nanobind;
@@ -84,11 +86,34 @@ void refine(Refiner& refiner, const Map<const uint8_t>& left, const Map<const ui
     refiner.refine(images[0], images[1], disparity.data(), refined.data());
 }
 
+using Whole = nb::ndarray<const int16_t, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+using Shares = Contiguous<const uint16_t>;
+
+RawPixels raw_pixels(const Whole& whole, const Shares& shares, int height, int width) {
+    require_shape(whole, height, width, "whole");
+    require_shape(shares, height, width, "shares");
+    if (whole.shape(2) != 2) throw std::invalid_argument("whole: not columns and rows");
+    return {whole.data(), shares.data()};
+}
+
+void rectify(Rectifier& rectifier, const Map<const uint8_t>& left, const Map<const uint8_t>& right,
+             const Contiguous<uint8_t>& rectified_left,
+             const Contiguous<uint8_t>& rectified_right) {
+    const int height = rectifier.height(), width = rectifier.width();
+    const Image images[] = {image(left, height, width, "left"),
+                            image(right, height, width, "right")};
+    require_shape(rectified_left, height, width, "rectified_left");
+    require_shape(rectified_right, height, width, "rectified_right");
+    const nb::gil_scoped_release release;
+    rectifier.rectify(images, {rectified_left.data(), rectified_right.data()});
+}
+
 }  // namespace
 
 NB_MODULE(_native, m) {
     m.doc() = "Kernels of the stages, compiled.";
     m.def("levels", &names, "Instruction sets that this machine runs, the best first.");
+    m.def("held_bytes", [] { return held_bytes.load(); }, "What all buffers hold together.");
     nb::class_<Matcher>(m, "Matcher", "Semi-global matching of pairs of one shape.")
         .def(
             "__init__",
@@ -119,6 +144,20 @@ NB_MODULE(_native, m) {
             },
             nb::kw_only(), "height"_a, "width"_a, "threads"_a, "level"_a.none())
         .def("refine", &refine, "left"_a, "right"_a, "disparity"_a, "refined"_a);
+    nb::class_<Rectifier>(m, "Rectifier", "Rectification of pairs of one shape.")
+        .def(
+            "__init__",
+            [](Rectifier* self, const Whole& left, const Shares& left_shares, const Whole& right,
+               const Shares& right_shares, int threads, const std::optional<std::string>& level) {
+                const int height = static_cast<int>(left.shape(0));
+                const int width = static_cast<int>(left.shape(1));
+                const RawPixels maps[] = {raw_pixels(left, left_shares, height, width),
+                                          raw_pixels(right, right_shares, height, width)};
+                new (self) Rectifier(height, width, maps, threads, *level_of(level).rectify);
+            },
+            nb::kw_only(), "left"_a, "left_shares"_a, "right"_a, "right_shares"_a, "threads"_a,
+            "level"_a.none())
+        .def("rectify", &rectify, "left"_a, "right"_a, "rectified_left"_a, "rectified_right"_a);
     bind_after(m);
 }
 

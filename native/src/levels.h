@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "kernels.h"
+#include "rectify_kernels.h"
 #include "refine_kernels.h"
 
 namespace bearcub {
@@ -12,6 +13,7 @@ struct Level {
     const char* name;
     const Kernels* match;
     const RefineKernels* refine;
+    const RectifyKernels* rectify;
 };
 
 // Those that this machine runs, the best first.

@@ -1,6 +1,7 @@
 // Memory for vectors: aligned, zero at first, of one size for good.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstring>
 #include <new>
@@ -12,6 +13,9 @@ constexpr std::size_t kAlignment = 64;
 // `count` rounded up to a multiple of `step`.
 constexpr int rounded_up(int count, int step) { return (count + step - 1) / step * step; }
 
+// What all buffers hold together [bytes].
+inline std::atomic<std::size_t> held_bytes{0};
+
 template <class T>
 class Buffer {
 public:
@@ -20,8 +24,12 @@ public:
         : count_(count),
           data_(static_cast<T*>(::operator new(count * sizeof(T), std::align_val_t{kAlignment}))) {
         std::memset(static_cast<void*>(data_), 0, bytes());
+        held_bytes += bytes();
     }
-    ~Buffer() { ::operator delete(data_, std::align_val_t{kAlignment}); }
+    ~Buffer() {
+        held_bytes -= bytes();
+        ::operator delete(data_, std::align_val_t{kAlignment});
+    }
     Buffer(const Buffer&) = delete;
     Buffer& operator=(const Buffer&) = delete;
 

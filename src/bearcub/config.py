@@ -79,6 +79,12 @@ class Matching(Table):
         low=1,
         high=64,
     )
+    half_resolution: bool = setting(
+        False, "match at half the size with half the disparities, then sharpen at the full size"
+    )
+    region_of_interest: bool = setting(
+        False, "leave out the rows where all is higher than detection.clearance, or too far"
+    )
     nearest: float = setting(
         0.0,
         "nearest range to search [m]; 0: the nearest floor in view, a quarter of the width at most",

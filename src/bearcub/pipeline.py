@@ -13,8 +13,10 @@ from bearcub.ground.stage import GroundStage, gravity_in_camera
 from bearcub.messages import Answer, DisparityMap, Ground, Snapshot, Tilt, Timing, UInt8, as_image
 from bearcub.obstacles.stage import ObstacleStage
 from bearcub.rig.model import Rig
+from bearcub.stereo.images import grey
 from bearcub.stereo.matchers import Matcher
 from bearcub.stereo.rectification import Rectifier
+from bearcub.stereo.region import first_row
 from bearcub.stereo.stage import StereoStage, from_disparity
 
 _LESSON = 31 * 2**20  # the largest block that teaches glibc is one of 32 MiB
@@ -155,8 +157,24 @@ class Pipeline:
         left = as_image(snapshot.left, name="left")
         right = as_image(snapshot.right, name="right")
         if self._rectify is not None:
-            left, right = self._rectify(left, right)
-        return self._match(left, right)
+            left, right = self._rectify(grey(left), grey(right))
+        return self._match(left, right, first_row=self._first_row(snapshot.tilt))
+
+    def _first_row(self, tilt: Tilt | None) -> int:
+        """Return the first row to look at: where one that is lower than the robot can be seen."""
+        if not self.config.matching.region_of_interest:
+            return 0
+        camera, detection = self._rig.camera, self.config.detection
+        expected = self._ground.expect(tilt)
+        return first_row(
+            camera,
+            height=expected.height,
+            attitude=expected.attitude,
+            sigma=expected.sigma,
+            clearance=detection.clearance,
+            nearest=camera.fx * camera.baseline / min(self._match.largest, camera.width),
+            farthest=detection.farthest,
+        )
 
     def _fit_to(self, snapshot: Snapshot) -> None:
         """Build the stages for the size of the images; done again only when it changes."""
@@ -169,7 +187,9 @@ class Pipeline:
         self._rig = self.rig.for_image(width=columns, height=rows)
         camera, mount = self._rig.camera, self._rig.mount
         self._rectify = (
-            None if self._rig.rectification is None else Rectifier(self._rig.rectification)
+            None
+            if self._rig.rectification is None
+            else Rectifier(self._rig.rectification, threads=self.config.matching.threads)
         )
         self._match = (
             StereoStage.for_rig(camera, mount, self.config.matching)

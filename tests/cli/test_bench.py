@@ -13,6 +13,7 @@ import pytest
 
 from bearcub.runtime.sample_video import sample_video
 from bearcub.stereo import write_disparity
+from bearcub.stereo.native import reason_missing
 from bearcub.viewer import annotate
 
 SMALL = ("--size", "160x120")
@@ -119,6 +120,29 @@ def test_matchers_are_compared_with_the_reference_and_with_truth(
     assert scores["mean", "SGBM 3WAY"]["bad_2"] < 0.05
     assert scores[tmp_path.name, "SGBM 3WAY"]["density"] > 0.7
     out = bearcub(*words).out
-    assert out.count("1.000\n") == 2
+    assert out.count("  1.000  ") == 2
     assert "96 x 64 x 16" in out
     assert "off by 2 px" in out
+
+
+def test_growth_of_the_cost_is_shown_over_sizes_and_disparities(bearcub: Any) -> None:
+    words = ("bench", "--matchers", "--frames", 1, "--size", "96x64", "128x64")
+    found = json.loads(bearcub(*words, "--disparities", 16, 48, "--json").out)["sizes"]
+    searched = [(*one["size"], one["disparities"]) for one in found]
+    assert searched == [(96, 64, 16), (96, 64, 48), (128, 64, 16), (128, 64, 48)]
+    matchers = {one["name"]: one for one in found[1]["matchers"]}
+    first = matchers["SGBM 3WAY"]
+    assert first["candidate_ps"] == pytest.approx(first["p50"] * 1e9 / (96 * 64 * 48))
+    assert first["memory_mb"] is None
+    if not reason_missing():
+        assert 0.01 < matchers["native, 1 thread"]["memory_mb"] < 1.0
+    assert "96 x 64 x 48" in bearcub(*words, "--disparities", 48).out
+
+
+def test_disparities_are_whole_sixteens_and_of_the_matchers(bearcub: Any) -> None:
+    refused = bearcub("bench", "--disparities", 64)
+    assert refused.code == 2
+    assert "--disparities is for --matchers" in refused.err
+    refused = bearcub("bench", "--matchers", "--disparities", 40)
+    assert refused.code == 2
+    assert "'40': expected a multiple of 16" in refused.err

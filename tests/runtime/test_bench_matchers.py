@@ -1,6 +1,7 @@
 """The matchers beside each other: whose turn it is, which pairs there are, how far off they are."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -9,10 +10,8 @@ import pytest
 
 from bearcub.clock import ManualClock
 from bearcub.errors import InputError
-from bearcub.messages import Float32, UInt8
 from bearcub.runtime.bench_matchers import (
     REFERENCE,
-    Match,
     Pair,
     Score,
     Yardstick,
@@ -27,23 +26,21 @@ from bearcub.stereo import write_disparity
 from bearcub.stereo.native import reason_missing
 
 nan = np.nan
-BLACK = np.zeros((4, 4), np.uint8)
 
 
 def test_matchers_take_turns_and_the_first_turn_is_not_counted() -> None:
     clock = ManualClock()
     turns: list[str] = []
 
-    def taking(name: str, milliseconds: list[int]) -> Match:
-        def match(left: UInt8, right: UInt8) -> Float32:
+    def taking(name: str, milliseconds: list[int]) -> Callable[[], None]:
+        def call() -> None:
             clock.advance(milliseconds[turns.count(name)] / 1000)
             turns.append(name)
-            return left.astype(np.float32)
 
-        return match
+        return call
 
-    matchers = {"slow": taking("slow", [99, 4, 6]), "fast": taking("fast", [77, 1, 2])}
-    times = take_turns(matchers, (BLACK, BLACK), rounds=2, clock=clock)
+    calls = {"slow": taking("slow", [99, 4, 6]), "fast": taking("fast", [77, 1, 2])}
+    times = take_turns(calls, rounds=2, clock=clock)
     assert turns == ["slow", "fast"] * 3
     np.testing.assert_allclose(times["slow"], [4, 6])
     np.testing.assert_allclose(times["fast"], [1, 2])

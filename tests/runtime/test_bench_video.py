@@ -92,7 +92,7 @@ def test_every_frame_but_the_warm_up_is_counted(small: list[Shot]) -> None:
     assert list(result.times) == [*STAGES, AGE]
     work = sum(result.times[name] for name in STAGES[:4])
     assert (result.times[AGE] >= work).all()
-    assert 0 < result.rate_hz <= 1000 / np.median(result.times["overlay"])
+    assert 0 < result.rate_hz <= 1000 / np.mean(result.times["overlay"]) + 1e-6
 
 
 def test_the_arithmetic_of_rate_and_age() -> None:

@@ -299,6 +299,17 @@ def test_working_memory_is_kept_from_frame_to_frame() -> None:
     assert matcher.working_memory == held < 8e6
 
 
+def test_all_that_the_core_holds_is_told() -> None:
+    core = pytest.importorskip("bearcub.stereo._native")
+    image = np.zeros((480, 640), np.uint8)
+    before = core.held_bytes()
+    matcher = NativeMatcher(SearchRange(0, 64), threads=4)
+    matcher(image, image)
+    assert core.held_bytes() - before == matcher.working_memory < 8e6
+    del matcher
+    assert core.held_bytes() == before
+
+
 def test_what_it_cannot_do_is_refused_in_a_sentence() -> None:
     image = np.zeros((20, 30), np.uint8)
     matcher = NativeMatcher(SearchRange(0, 16))

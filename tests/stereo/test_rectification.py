@@ -6,11 +6,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from bearcub.errors import InputError
 from bearcub.messages import UInt8
 from bearcub.rig import Camera, Lens, Rectification, Rig
+from bearcub.stereo import rectification
+from bearcub.stereo.native import NativeRemap, RawPixels, levels, reason_missing
 from bearcub.stereo.rectification import Rectifier
 
 CALIBRATION_IMAGES = Path(__file__).parents[2] / ".." / "shared" / "data" / "opencv_calibration"
@@ -181,6 +185,78 @@ def test_refuses_pairs_that_are_not_of_this_camera(tmp_path: Path) -> None:
         Rectifier(whole)(image, image[1:])
     with pytest.raises(InputError, match="640 x 360 px, but the rig is for 640 x 480"):
         Rectifier(whole)(image[:360], image[:360])
+
+
+def noise(height: int, width: int, *, seed: int) -> UInt8:
+    return np.random.default_rng(seed).integers(0, 256, (height, width), dtype=np.uint8)
+
+
+def wandering_map(height: int, width: int, *, reach: float, seed: int) -> RawPixels:
+    """Return a map that turns, bends and leaves the image by up to `reach` pixels."""
+    random = np.random.default_rng(seed)
+    rows, columns = np.mgrid[:height, :width].astype(np.float32)
+    bends = [
+        cv2.resize(random.uniform(-reach, reach, (3, 3)).astype(np.float32), (width, height))
+        for _ in range(2)
+    ]
+    whole, shares = cv2.convertMaps(columns + bends[0], rows + bends[1], cv2.CV_16SC2)
+    return np.asarray(whole, dtype=np.int16), np.asarray(shares, dtype=np.uint16)
+
+
+@pytest.mark.skipif(bool(reason_missing()), reason=f"no core: {reason_missing()}")
+@settings(max_examples=40, deadline=None)
+@given(
+    height=st.integers(1, 60),
+    width=st.integers(1, 90),
+    reach=st.sampled_from([0.0, 0.7, 9.0, 200.0]),
+    seed=st.integers(0, 2**31),
+)
+def test_the_compiled_remap_is_opencvs_to_the_bit(
+    *, height: int, width: int, reach: float, seed: int
+) -> None:
+    maps = [wandering_map(height, width, reach=reach, seed=seed + i) for i in (0, 1)]
+    pair = noise(height, width, seed=seed), noise(height, width + 7, seed=seed + 1)[:, 3:-4]
+    expected = [
+        cv2.remap(np.ascontiguousarray(image), *each, cv2.INTER_LINEAR)
+        for image, each in zip(pair, maps, strict=True)
+    ]
+    for level in levels():
+        for threads in (1, 2):
+            remap = NativeRemap(maps[0], maps[1], threads=threads, level=level)
+            for found, image in zip(remap(*pair), expected, strict=True):
+                np.testing.assert_array_equal(found, image)
+
+
+@pytest.mark.skipif(bool(reason_missing()), reason=f"no core: {reason_missing()}")
+def test_the_compiled_remap_weighs_four_neighbours_and_takes_what_is_beyond_as_black() -> None:
+    raw = np.array([[100, 200], [0, 60]], dtype=np.uint8)
+    # Column and row, and thirty-seconds beyond: the row's shares stand above the column's.
+    whole = np.array([[[0, 0], [-1, 0]], [[1, 1], [5, 0]]], dtype=np.int16)
+    shares = np.array([[8 + 32 * 16, 24], [16, 0]], dtype=np.uint16)
+    found, _ = NativeRemap((whole, shares), (whole, shares))(raw, raw)
+    # (100 + (200 - 100) / 4 + 60 / 4) / 2 = 70; 3/4 of 100; half of 60; nothing.
+    np.testing.assert_array_equal(found, [[70, 75], [30, 0]])
+
+
+def test_grey_pairs_come_out_alike_with_the_core_and_without(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = load(tmp_path, "radtan").rectification
+    assert whole is not None
+    pair = noise(480, 640, seed=1), noise(480, 640, seed=2)
+    found = Rectifier(whole)(*pair)
+    monkeypatch.setattr(rectification, "reason_missing", lambda: "no compiler")
+    for native, plain in zip(found, Rectifier(whole)(*pair), strict=True):
+        np.testing.assert_array_equal(native, plain)
+
+
+def test_the_left_picture_can_be_rectified_alone_in_colour(tmp_path: Path) -> None:
+    whole = load(tmp_path, "radtan").rectification
+    assert whole is not None
+    colour = np.dstack([noise(480, 640, seed=seed) for seed in range(3)])
+    np.testing.assert_array_equal(
+        Rectifier(whole).left(colour), Rectifier(whole)(colour, colour)[0]
+    )
 
 
 SQUARE = 0.025

@@ -12,6 +12,8 @@ from bearcub.messages import UInt8
 from bearcub.rig import Camera, Mount
 from bearcub.stereo import StereoStage, from_disparity
 from bearcub.stereo.checks import check_order
+from bearcub.stereo.choice import matcher_for
+from bearcub.stereo.half import HalfResolution
 from bearcub.stereo.matchers import CallableMatcher, SearchRange, SgbmMatcher
 
 nan = np.nan
@@ -126,6 +128,30 @@ def test_the_configuration_chooses_the_matcher(name: str) -> None:
     found = built(*floor_pair())
     assert found.largest == 31  # 200 * 0.1 / 0.7 = 28.6
     assert found.valid_share > 0.5
+
+
+@pytest.mark.parametrize("name", ["native", "sgbm", "bm"])
+def test_every_matcher_finds_the_floor_at_half_the_resolution(name: str) -> None:
+    half = matcher_for(SearchRange(0, 64), Matching(matcher=name, half_resolution=True))
+    assert isinstance(half, HalfResolution)
+    assert half.largest == 62
+    found = StereoStage(half)(*floor_pair())
+    error = np.abs(found.disparity - (2 + 0.1 * np.arange(200)[:, None]))[5:-5, 30:-5]
+    assert np.nanmedian(error) < 0.1  # sharpened at the full size
+    assert found.valid_share > 0.8
+
+
+def test_rows_that_are_left_out_are_unseen_and_not_counted() -> None:
+    left, right = floor_pair()
+    found = stage(doffs=1.5)(left, right, first_row=64)
+    assert found.first_row == 64
+    assert not found.disparity.flags.writeable
+    assert np.isnan(found.disparity[:64]).all()
+    below = stage(doffs=1.5)(left[64:], right[64:])
+    np.testing.assert_array_equal(found.disparity[64:], below.disparity)
+    assert found.valid_share == below.valid_share
+    assert found.left is not None
+    np.testing.assert_array_equal(found.left, left)  # whole, in step with the disparity
 
 
 def test_any_matcher_can_be_used() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from bearcub.cli import bench_matchers, bench_video
 from bearcub.cli.bench_tables import as_json, in_words, in_words_ms, print_under, stage_table
-from bearcub.cli.parsing import count, size
+from bearcub.cli.parsing import count, disparities, size
 from bearcub.cli.rig_options import add_rig_options
 from bearcub.clock import MonotonicClock
 from bearcub.config import Config, Matching
@@ -52,6 +52,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--size", type=size, nargs="+", metavar="WxH", help="of the images, one or more (640x480)"
     )
     parser.add_argument(
+        "--disparities",
+        type=disparities,
+        nargs="+",
+        metavar="N",
+        help="that --matchers search, one or more (a tenth of the width)",
+    )
+    parser.add_argument(
         "--threads", type=threads, metavar="N", help="that each stage may use, or all (1)"
     )
     parser.add_argument(
@@ -75,6 +82,8 @@ def execute(args: argparse.Namespace) -> int:
     """Measure what was asked for and print what it took; return 0, or 130 after Ctrl-C."""
     config = _config(args)
     sizes = args.size or [_SIZE]
+    if args.disparities is not None and args.matchers is None:
+        raise InputError("--disparities is for --matchers; elsewhere the rig tells")
     if args.video:
         if args.size is not None:
             raise InputError("--size is for the sample; a video has a size of its own")

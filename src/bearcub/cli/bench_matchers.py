@@ -1,22 +1,29 @@
-"""``bearcub bench --matchers``: the matchers beside each other, in turns."""
+"""``bearcub bench --matchers``: the matchers beside each other, in turns.
+
+With several sizes and disparities it shows how the cost grows: what a candidate takes, one
+disparity of one pixel, stays the same where that is linear in both.
+"""
 
 import argparse
 import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from functools import partial
 from itertools import chain
 from pathlib import Path
 
+import numpy as np
 from rich.console import RenderableType
 from rich.table import Table
 
 from bearcub.cli.bench_tables import as_json, empty_table, print_under
 from bearcub.clock import MonotonicClock
 from bearcub.config import Config
-from bearcub.runtime.bench import on_threads, summarise
+from bearcub.runtime.bench import on_threads
 from bearcub.runtime.bench_matchers import (
     REFERENCE,
+    Match,
     Score,
     contenders,
     disparities_for,
@@ -26,8 +33,10 @@ from bearcub.runtime.bench_matchers import (
     score,
     take_turns,
 )
+from bearcub.stereo.native import NativeMatcher
 
-_Times = Mapping[str, Mapping[str, float]]  # of every matcher: p50, p99 [ms] and ratio
+_Times = Mapping[str, Mapping[str, float | None]]  # of every matcher
+_Search = tuple[int, int, int]  # width, height and disparities
 _Scores = Mapping[str, Mapping[str, Score]]  # of every pair and matcher
 
 
@@ -35,10 +44,14 @@ def compare(
     args: argparse.Namespace, config: Config, *, sizes: Sequence[tuple[int, int]], rounds: int
 ) -> int:
     """Print what every matcher takes at every size, and its errors on the pairs; return 0."""
-    threads = sorted({1, config.matching.threads})
+    searches = [
+        (width, height, count)
+        for width, height in sizes
+        for count in args.disparities or [disparities_for(width)]
+    ]
     with on_threads(1):
         scores = _scores(args.matchers)
-        times = {size: _times(size, threads=threads, rounds=rounds) for size in sizes}
+        times = _times(searches, threads=sorted({1, config.matching.threads}), rounds=rounds)
     if args.json:
         print(json.dumps(_figures(times, scores, rounds=rounds)))
         return 0
@@ -51,14 +64,32 @@ def compare(
     return 0
 
 
-def _times(size: tuple[int, int], *, threads: Sequence[int], rounds: int) -> _Times:
-    matchers = contenders(disparities_for(size[0]), threads=threads)
-    spent = summarise(take_turns(matchers, scene(*size), rounds=rounds, clock=MonotonicClock()))
-    reference = spent[REFERENCE]["p50"]
-    return {
-        name: {"p50": ms["p50"], "p99": ms["p99"], "ratio": ms["p50"] / reference}
-        for name, ms in spent.items()
-    }
+def _times(
+    searches: Sequence[_Search], *, threads: Sequence[int], rounds: int
+) -> Mapping[_Search, _Times]:
+    matchers, calls = {}, {}
+    for width, height, count in searches:
+        pair = scene(width, height)
+        for name, match in contenders(count, threads=threads).items():
+            matchers[(width, height, count), name] = match
+            calls[(width, height, count), name] = partial(match, *pair)
+    spent = take_turns(calls, rounds=rounds, clock=MonotonicClock())
+    times: dict[_Search, dict[str, dict[str, float | None]]] = {}
+    for (search, name), ms in spent.items():
+        p50 = float(np.median(ms))
+        times.setdefault(search, {})[name] = {
+            "p50": p50,
+            "p99": float(np.percentile(ms, 99)),
+            "ratio": p50 / float(np.median(spent[search, REFERENCE])),
+            "candidate_ps": 1e9 * p50 / math.prod(search),
+            "memory_mb": _megabytes(matchers[search, name]),
+        }
+    return times
+
+
+def _megabytes(match: Match) -> float | None:
+    """Return what a matcher holds beyond the images and the answer; OpenCV's do not tell."""
+    return match.working_memory * 1e-6 if isinstance(match, NativeMatcher) else None
 
 
 def _scores(folders: Sequence[Path]) -> _Scores:
@@ -75,18 +106,18 @@ def _scores(folders: Sequence[Path]) -> _Scores:
 
 
 def _figures(
-    times: Mapping[tuple[int, int], _Times], scores: _Scores, *, rounds: int
+    times: Mapping[_Search, _Times], scores: _Scores, *, rounds: int
 ) -> Mapping[str, object]:
     return as_json(
         rounds=rounds,
         reference=REFERENCE,
         sizes=[
             {
-                "size": list(size),
-                "disparities": disparities_for(size[0]),
+                "size": [width, height],
+                "disparities": count,
                 "matchers": [{"name": name, **figures} for name, figures in matchers.items()],
             }
-            for size, matchers in times.items()
+            for (width, height, count), matchers in times.items()
         ],
         accuracy=[
             {"pair": pair, "matcher": name, **_known(found)}
@@ -100,12 +131,23 @@ def _known(found: Score) -> dict[str, float | None]:
     return {key: None if math.isnan(value) else value for key, value in asdict(found).items()}
 
 
-def _speed_table(times: Mapping[tuple[int, int], _Times]) -> Table:
-    table = empty_table(("Size", "Matcher"), ("p50 [ms]", "p99 [ms]", f"of {REFERENCE}"))
-    for (width, height), matchers in times.items():
+def _speed_table(times: Mapping[_Search, _Times]) -> Table:
+    columns = {
+        "p50 [ms]": ("p50", 2),
+        "p99 [ms]": ("p99", 2),
+        f"of {REFERENCE}": ("ratio", 3),
+        "a candidate [ps]": ("candidate_ps", 0),
+        "memory [MB]": ("memory_mb", 1),
+    }
+    table = empty_table(("Size", "Matcher"), columns)
+    for search, matchers in times.items():
         for name, of in matchers.items():
-            size = f"{width} x {height} x {disparities_for(width)}" if name == REFERENCE else ""
-            table.add_row(size, name, f"{of['p50']:.2f}", f"{of['p99']:.2f}", f"{of['ratio']:.3f}")
+            figures = [(of[key], digits) for key, digits in columns.values()]
+            table.add_row(
+                " x ".join(map(str, search)) if name == REFERENCE else "",
+                name,
+                *("" if value is None else f"{value:.{digits}f}" for value, digits in figures),
+            )
     return table
 
 

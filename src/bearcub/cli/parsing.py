@@ -48,6 +48,13 @@ def count(text: str) -> int:
     return int(text)
 
 
+def disparities(text: str) -> int:
+    """Return a number of disparities to search, a multiple of 16; for argparse."""
+    if count(text) % 16:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a multiple of 16")
+    return int(text)
+
+
 def size(text: str) -> tuple[int, int]:
     """Return width and height of ``640x480``; for argparse."""
     found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)

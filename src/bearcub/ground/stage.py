@@ -70,13 +70,7 @@ class GroundStage:
         Ground
             With ``seen`` False and the prior's plane when the image shows no floor.
         """
-        prior = expect(
-            self.mount,
-            tilt,
-            sigma_height_share=self.sigma_height_share,
-            sigma_mount=self.sigma_mount,
-            sigma_tilt=self.sigma_tilt,
-        )
+        prior = self.expect(tilt)
         fit = fit_plane(
             disparity.disparity,
             self.projection,
@@ -88,6 +82,16 @@ class GroundStage:
             self._refuse_upside_down(prior, disparity)
             return self._unseen(prior)
         return self._seen(prior, fit, disparity)
+
+    def expect(self, tilt: Tilt | None) -> Prior:
+        """Return what mount and tilt reading say of the floor."""
+        return expect(
+            self.mount,
+            tilt,
+            sigma_height_share=self.sigma_height_share,
+            sigma_mount=self.sigma_mount,
+            sigma_tilt=self.sigma_tilt,
+        )
 
     def _refuse_upside_down(self, prior: Prior, disparity: DisparityMap) -> None:
         """Raise when the picture turned by half a turn shows the floor this one lacks."""

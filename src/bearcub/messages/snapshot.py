@@ -42,7 +42,7 @@ class DisparityMap:
     smallest, largest : float
         The range of disparities [px] that the matcher or sensor could have reported.
     valid_share : float
-        Share of pixels with a disparity, 0 to 1.
+        Share of the pixels that were looked at with a disparity, 0 to 1.
     epipolar_offset : float
         Measured vertical misalignment of the pair [px], right image lower positive; NaN unknown.
     fattening : float
@@ -51,6 +51,8 @@ class DisparityMap:
         The grey pair it was matched from, rectified.
     offset : float
         What was added to the matched disparity, ``cx_right - cx_left`` [px].
+    first_row : int
+        What is above it was not looked at.
     """
 
     disparity: Float32
@@ -62,3 +64,4 @@ class DisparityMap:
     left: UInt8 | None = None
     right: UInt8 | None = None
     offset: float = 0.0
+    first_row: int = 0

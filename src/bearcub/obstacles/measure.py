@@ -165,7 +165,9 @@ def measure(
     )
 
 
-def cut_sides(box: tuple[int, int, int, int], shape: tuple[int, int]) -> tuple[str, ...]:
+def cut_sides(
+    box: tuple[int, int, int, int], shape: tuple[int, int], *, first_row: int = 0
+) -> tuple[str, ...]:
     """Name the image borders that a box touches, with the margin a matcher loses there.
 
     Parameters
@@ -174,6 +176,8 @@ def cut_sides(box: tuple[int, int, int, int], shape: tuple[int, int]) -> tuple[s
         First column and row, last column and row [px].
     shape : tuple of int
         Rows and columns of the image.
+    first_row : int
+        The first that was looked at.
 
     Examples
     --------
@@ -185,7 +189,7 @@ def cut_sides(box: tuple[int, int, int, int], shape: tuple[int, int]) -> tuple[s
     sides = {
         "left": left < MARGIN,
         "right": right >= columns - MARGIN,
-        "top": top < MARGIN,
+        "top": top < first_row + MARGIN,
         "bottom": bottom >= rows - MARGIN,
     }
     return tuple(name for name, touched in sides.items() if touched)

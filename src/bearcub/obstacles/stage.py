@@ -240,7 +240,7 @@ class ObstacleStage:
                 right=frame.witness.right,
                 offset=frame.disparity.offset,
             )
-        shape = frame.disparity.disparity.shape
+        shape, first_row = frame.disparity.disparity.shape, frame.disparity.first_row
         for member in frame.segments.members(frame.sorter, least=self.least_pixels, trim=trim):
             extent, sure = self._extent(member, frame)
             if extent is None:
@@ -262,7 +262,8 @@ class ObstacleStage:
         for identity, thing in enumerate(whole, start=1):
             identities[list(thing.numbers)] = identity
         return tuple(
-            self._obstacle(identity, thing, shape) for identity, thing in enumerate(whole, start=1)
+            self._obstacle(identity, thing, cut_sides(thing.box, shape, first_row=first_row))
+            for identity, thing in enumerate(whole, start=1)
         ), identities
 
     def _extent(self, member: Member, frame: _Frame) -> tuple[Extent | None, float]:
@@ -343,9 +344,8 @@ class ObstacleStage:
         goes_on = ramp.ground + ramp.front + ramp.climb * (behind + blur) + self.least_height
         return extent.lowest >= self.clearance or extent.ground + extent.front < goes_on
 
-    def _obstacle(self, identity: int, thing: Thing, shape: tuple[int, int]) -> Obstacle:
+    def _obstacle(self, identity: int, thing: Thing, cut: tuple[str, ...]) -> Obstacle:
         extent, box, pixels = thing.extent, thing.box, thing.pixels
-        cut = cut_sides(box, shape)
         weight = min(6.0, math.log(pixels / self.least_pixels) + 0.5)
         remark = f"; cut by the image's {' and '.join(cut)} border" if cut else ""
         return Obstacle(

@@ -5,10 +5,11 @@ settings.
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import cv2
 import numpy as np
@@ -24,6 +25,7 @@ from bearcub.stereo.matchers import SearchRange
 from bearcub.stereo.native import MOST_DISPARITIES, NativeMatcher, reason_missing
 
 Match = Callable[[UInt8, UInt8], Float32]
+_Name = TypeVar("_Name", bound=Hashable)
 
 REFERENCE = "SGBM 3WAY"
 """The name of the matcher that all are compared with."""
@@ -178,16 +180,15 @@ class Yardstick:
 
     def __init__(self, *, width: int, height: int, clock: Clock) -> None:
         left, right = sample_pair(width=width, height=height)
-        self._pair = grey(left), grey(right)
         self.count = disparities_for(width)
-        self._match = {REFERENCE: sgbm(self.count)}
+        self._calls = {REFERENCE: partial(sgbm(self.count), grey(left), grey(right))}
         self._clock = clock
         self._spent: list[float] = []
 
     def __call__(self) -> None:
         """Match the pair once, on one thread."""
         with on_threads(1):
-            times = take_turns(self._match, self._pair, rounds=1, clock=self._clock)
+            times = take_turns(self._calls, rounds=1, clock=self._clock)
         self._spent.append(float(times[REFERENCE][0]))
 
     @property
@@ -197,14 +198,13 @@ class Yardstick:
 
 
 def take_turns(
-    matchers: Mapping[str, Match], pair: tuple[UInt8, UInt8], *, rounds: int, clock: Clock
-) -> dict[str, Float64]:
-    """Match a pair by all matchers again and again, in turns: what disturbs one disturbs all.
+    calls: Mapping[_Name, Callable[[], object]], *, rounds: int, clock: Clock
+) -> dict[_Name, Float64]:
+    """Call all again and again, in turns: what disturbs one disturbs all.
 
     Parameters
     ----------
-    matchers : mapping of str to callable
-    pair : tuple of ndarray of uint8, shape (H, W)
+    calls : mapping of str to callable
     rounds : int
         That count; one more warms up.
     clock : Clock
@@ -214,11 +214,11 @@ def take_turns(
     dict of str to ndarray of float64, shape (rounds,)
         Milliseconds.
     """
-    spent: dict[str, list[float]] = {name: [] for name in matchers}
+    spent: dict[_Name, list[float]] = {name: [] for name in calls}
     for _ in range(rounds + 1):
-        for name, match in matchers.items():
+        for name, call in calls.items():
             start_ns = clock.now_ns()
-            match(*pair)
+            call()
             spent[name].append((clock.now_ns() - start_ns) * 1e-6)
     return {name: np.array(times[1:]) for name, times in spent.items()}
 

@@ -17,6 +17,7 @@ from bearcub.runtime.feed import Shot
 from bearcub.runtime.loop import Interruption
 from bearcub.runtime.pictures import steady_reach
 from bearcub.runtime.relay import Passed, relay
+from bearcub.stereo.images import grey
 from bearcub.stereo.rectification import Rectifier
 from bearcub.viewer import annotate
 
@@ -130,29 +131,37 @@ class _Stages:
     def _decode(self, _: None) -> Shot | None:
         return next(self._shots, None)
 
-    def _rectify(self, shot: Shot) -> Shot:
+    def _rectify(self, shot: Shot) -> tuple[Shot, UInt8]:
+        """Return the shot with its pair in grey, rectified, and its left picture."""
         snapshot, rectification = shot.snapshot, shot.rig.rectification
         with naming(shot.source):
-            pair = as_image(snapshot.left, name="left"), as_image(snapshot.right, name="right")
+            picture, right = (
+                as_image(snapshot.left, name="left"),
+                as_image(snapshot.right, name="right"),
+            )
+            pair = grey(picture), grey(right)
             if rectification is not None:
-                self._rectifier = self._rectifier or Rectifier(rectification)
-                pair = self._rectifier(*pair)
+                self._rectifier = self._rectifier or Rectifier(
+                    rectification, threads=self._config.matching.threads
+                )
+                pair, picture = self._rectifier(*pair), self._rectifier.left(picture)
         rectified = replace(snapshot, left=pair[0], right=pair[1])
-        return replace(shot, snapshot=rectified, rig=replace(shot.rig, lenses=None))
+        return replace(shot, snapshot=rectified, rig=replace(shot.rig, lenses=None)), picture
 
-    def _match(self, shot: Shot) -> tuple[Shot, DisparityMap]:
+    def _match(self, rectified: tuple[Shot, UInt8]) -> tuple[Shot, UInt8, DisparityMap]:
+        shot, picture = rectified
         rig, snapshot = shot.rig, shot.snapshot
         self.size = (rig.camera.width, rig.camera.height)
         with naming(shot.source):
             self._matching = self._matching or Pipeline(rig, self._config)
-            return shot, self._matching.match(snapshot)
+            return shot, picture, self._matching.match(snapshot)
 
-    def _answer(self, matched: tuple[Shot, DisparityMap]) -> tuple[Shot, Answer]:
-        shot, disparity = matched
+    def _answer(self, matched: tuple[Shot, UInt8, DisparityMap]) -> tuple[Shot, UInt8, Answer]:
+        shot, picture, disparity = matched
         self._answering = self._answering or Pipeline(shot.rig, self._config)
         with naming(shot.source):
-            return shot, self._answering.answer(shot.snapshot, disparity)
+            return shot, picture, self._answering.answer(shot.snapshot, disparity)
 
-    def _overlay(self, answered: tuple[Shot, Answer]) -> UInt8:
-        shot, answer = answered
-        return annotate(answer, shot.snapshot.left, shot.rig, reach=steady_reach(shot.rig))
+    def _overlay(self, answered: tuple[Shot, UInt8, Answer]) -> UInt8:
+        shot, picture, answer = answered
+        return annotate(answer, picture, shot.rig, reach=steady_reach(shot.rig))

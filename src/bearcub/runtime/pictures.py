@@ -25,7 +25,7 @@ class RectifiedLeft:
         if left is None or right is None or rectification is None:
             return left
         self._rectifier = self._rectifier or Rectifier(rectification)
-        return self._rectifier(left, right)[0]
+        return self._rectifier.left(left)
 
 
 class Pictures:

@@ -18,6 +18,7 @@ _Long: TypeAlias = NDArray[np.int64]
 _Word: TypeAlias = NDArray[np.uint16]
 
 def levels() -> list[str]: ...
+def held_bytes() -> int: ...
 def count_valid(disparity: _Float) -> tuple[int, int]: ...
 def sort_pixels(
     whole: _Float,
@@ -260,6 +261,25 @@ class Matcher:
     ) -> None: ...
     @property
     def bytes(self) -> int: ...
+
+class Rectifier:
+    def __init__(
+        self,
+        *,
+        left: NDArray[np.int16],
+        left_shares: NDArray[np.uint16],
+        right: NDArray[np.int16],
+        right_shares: NDArray[np.uint16],
+        threads: int,
+        level: str | None,
+    ) -> None: ...
+    def rectify(
+        self,
+        left: NDArray[np.uint8],
+        right: NDArray[np.uint8],
+        rectified_left: NDArray[np.uint8],
+        rectified_right: NDArray[np.uint8],
+    ) -> None: ...
 
 class Refiner:
     def __init__(self, *, height: int, width: int, threads: int, level: str | None) -> None: ...

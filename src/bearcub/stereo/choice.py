@@ -3,11 +3,13 @@
 import functools
 import logging
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from bearcub.config import Matching
 from bearcub.errors import ConfigError
 from bearcub.messages import Float32, UInt8
+from bearcub.stereo.half import HalfResolution, halved
 from bearcub.stereo.matchers import BmMatcher, Matcher, SearchRange, SgbmMatcher
 from bearcub.stereo.native import (
     MOST_DISPARITIES,
@@ -18,13 +20,15 @@ from bearcub.stereo.native import (
 from bearcub.stereo.onnx_matcher import OnnxMatcher
 from bearcub.stereo.refine import refine
 
+_PIXELS = 4  # of the full size in one of half the size
+
 Refinement = Callable[[UInt8, UInt8, Float32], Float32]
 
 _log = logging.getLogger(__name__)
 
 
 def matcher_for(search: SearchRange, matching: Matching) -> Matcher:
-    """Return the matcher that `matching` asks for.
+    """Return the matcher that `matching` asks for, at half the resolution if it does.
 
     Where the native one was not compiled, or the search is wider than it can, OpenCV's
     semi-global matcher stands in; the log says so once.
@@ -34,6 +38,11 @@ def matcher_for(search: SearchRange, matching: Matching) -> Matcher:
     BearcubError
         If a learned matcher is asked for without a model that can be run.
     """
+    if matching.half_resolution:
+        small = replace(
+            matching, half_resolution=False, speckle_area=matching.speckle_area // _PIXELS
+        )
+        return HalfResolution(matcher_for(halved(search), small))
     if matching.matcher == "onnx":
         return _learned(search, matching)
     if matching.matcher == "native" and _native_can(search.count):

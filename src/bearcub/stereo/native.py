@@ -1,4 +1,4 @@
-"""The compiled core: semi-global matching of the census in one sweep, and the refinement.
+"""The compiled core: rectification, semi-global matching of the census in one sweep, refinement.
 
 ``native/README.md`` says how it works. It is part of the package where a C++ compiler was at hand
 when that was installed; `reason_missing` tells whether it is.
@@ -36,6 +36,9 @@ _FATTENING = 1.0  # measured: a pixel less than that of blocks of 5 x 5
 _LARGEST_STEP = 60  # sums of three paths, 24 + 60 each, stay below the mark for "outside", 255
 
 Pixels = NDArray[np.uint8] | NDArray[np.uint16]
+RawPixels = tuple[NDArray[np.int16], NDArray[np.uint16]]
+"""Where rectified pixels lie in the raw image: OpenCV's maps of fixed point, whole and shares."""
+
 _Image = TypeVar("_Image", NDArray[np.uint8], NDArray[np.uint16], Pixels)
 
 
@@ -253,6 +256,48 @@ class NativeRefinement:
         refined = np.empty(disparity.shape, dtype=np.float32)
         self._core.refine(_in_rows(left), _in_rows(right), np.ascontiguousarray(disparity), refined)
         return refined
+
+
+class NativeRemap:
+    """``cv2.remap`` of a grey pair, bilinear and black beyond the border, compiled.
+
+    Its answer is OpenCV's to the bit.
+
+    Parameters
+    ----------
+    left, right : tuple of ndarray
+        Of each image where its pixels lie in the raw one of the same size: columns and rows,
+        int16 of shape (H, W, 2), and what to add in thirty-seconds of a pixel, uint16 of shape
+        (H, W), the row's above five bits for the column's.
+    threads : int
+        That work at the same time, two at most.
+    level : str, optional
+        One of `levels`; by itself the best.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range or there is no compiled core.
+    """
+
+    def __init__(
+        self, left: RawPixels, right: RawPixels, *, threads: int = 1, level: str | None = None
+    ) -> None:
+        _check_core(threads=threads, level=level)
+        self._core = core.Rectifier(
+            left=left[0],
+            left_shares=left[1],
+            right=right[0],
+            right_shares=right[1],
+            threads=threads,
+            level=level,
+        )
+
+    def __call__(self, left: UInt8, right: UInt8) -> tuple[UInt8, UInt8]:
+        """Return the rectified pair; all of shape (H, W)."""
+        rectified = np.empty(left.shape, np.uint8), np.empty(right.shape, np.uint8)
+        self._core.rectify(_in_rows(left), _in_rows(right), *rectified)
+        return rectified
 
 
 def _check_core(*, threads: int, level: str | None) -> None:

@@ -85,13 +85,20 @@ class StereoStage:
             threads=matching.threads,
         )
 
-    def __call__(self, left: UInt8, right: UInt8) -> DisparityMap:
+    @property
+    def largest(self) -> float:
+        """The largest disparity that it can report [px], adjusted for `doffs`."""
+        return self._matcher.largest + self._doffs
+
+    def __call__(self, left: UInt8, right: UInt8, *, first_row: int = 0) -> DisparityMap:
         """Match one pair.
 
         Parameters
         ----------
         left, right : ndarray of uint8, shape (H, W) or (H, W, 3)
             Rectified pair, colour as BGR.
+        first_row : int
+            Rows above it are left out.
 
         Returns
         -------
@@ -109,10 +116,23 @@ class StereoStage:
                 f"left is {left.shape[1]} x {left.shape[0]} pixels and right "
                 f"{right.shape[1]} x {right.shape[0]}: expected one size"
             )
+        clear = without_grain(left, right)
+        rows = np.s_[first_row:]
+        found = self._matcher(clear[0][rows], clear[1][rows])
+        matched = self._believe(left[rows], right[rows], found)
+        if first_row > 0:
+            unseen = np.full((first_row, left.shape[1]), np.nan, dtype=np.float32)
+            disparity = np.concatenate([unseen, matched.disparity])
+            disparity.flags.writeable = False
+            matched = replace(matched, disparity=disparity, first_row=first_row)
+        return replace(matched, left=left, right=right, offset=self._doffs)
+
+    def _believe(self, left: UInt8, right: UInt8, found: Float32) -> DisparityMap:
+        """Gate and sharpen what the matcher found in two grey images."""
         disparity = gate(
             left,
             right,
-            self._matcher(*without_grain(left, right)),
+            found,
             agreement=self._agreement,
             contrast=self._contrast,
             speckle_area=self._speckle_area,
@@ -122,14 +142,13 @@ class StereoStage:
         if self._sharpen is not None:
             disparity = self._sharpen(left, right, disparity)
         offset = epipolar_offset(left, right, disparity) if self._align else math.nan
-        matched = _taken(
+        return _taken(
             disparity + np.float32(self._doffs),
             smallest=self._matcher.smallest + self._doffs,
-            largest=self._matcher.largest + self._doffs,
+            largest=self.largest,
             offset=offset,
             fattening=self._matcher.fattening,
         )
-        return replace(matched, left=left, right=right, offset=self._doffs)
 
     def _check_order(self, left: UInt8, right: UInt8, disparity: Float32) -> bool:
         """Tell whether left and right are known not to be swapped; raise when they are."""
