@@ -9,7 +9,7 @@ import pytest
 from bearcub.messages import Float32, Ground
 from bearcub.obstacles.segment import Member
 from bearcub.obstacles.sorting import Sorter
-from bearcub.obstacles.surroundings import goes_on_below
+from bearcub.obstacles.surroundings import goes_on_below, unseen_beside
 
 LEVEL = 8.0  # of the thing [px]; the floor has it in row 100
 FOUND = slice(40, 70)  # rows in which it was found
@@ -60,3 +60,23 @@ def test_what_nothing_is_known_of_below_is_not_said_to_stand(
 def test_legs_do_not_make_a_table_stand(floor: Float32, stands: Callable[[Float32], bool]) -> None:
     floor[70:100, 40:43] = floor[70:100, 57:60] = LEVEL
     assert not stands(floor)
+
+
+def test_a_thing_may_go_on_where_nothing_beside_it_is_matched() -> None:
+    d = np.full((40, 100), 4.0, dtype=np.float32)
+    d[10:30, 40:60] = 10.0
+    d[:, 60:67] = np.nan  # seven dark columns on its right
+    d[:, 31:40] = np.nan  # nine on its left, where the right image does not show six of them
+    assert unseen_beside(d, (40, 10, 59, 29), 10.0) == (3.0, 7.0)
+
+
+def test_what_the_right_image_does_not_show_beside_a_thing_makes_it_no_wider() -> None:
+    d = np.full((40, 100), 4.0, dtype=np.float32)
+    d[10:30, 40:60] = 10.0
+    d[10:30, 34:40] = np.nan
+    assert unseen_beside(d, (40, 10, 59, 29), 10.0) == (0.0, 0.0)
+
+
+def test_a_thing_at_the_image_border_has_nothing_beside_it() -> None:
+    d = np.full((40, 100), 10.0, dtype=np.float32)
+    assert unseen_beside(d, (0, 10, 99, 29), 10.0) == (0.0, 0.0)

@@ -31,7 +31,7 @@ from bearcub.obstacles.layers import Painter
 from bearcub.obstacles.measure import MARGIN, RISEN, Extent, cut_sides, measure
 from bearcub.obstacles.segment import Member, Segments, segment
 from bearcub.obstacles.sorting import Sorter, Sorting
-from bearcub.obstacles.surroundings import goes_on_below, hidden_below, mixed
+from bearcub.obstacles.surroundings import goes_on_below, hidden_below, mixed, unseen_beside
 from bearcub.obstacles.terrain import lie_of_the_land
 from bearcub.obstacles.trim import Trimmer
 from bearcub.obstacles.verify import Witness, confirmed
@@ -43,6 +43,7 @@ _SURE_FOOT = 2.0  # ... for one whose foot is lost in the tolerance
 _SURE_STRAY = 2.5  # ... for what is as small or sparse as stray matches in the air are
 _WITNESSED = 2 / 3  # of the sigmas will do where the images can be asked
 _TRIMMED = 0.25  # past a silhouette lies the column in which trimming ends, on average [px]
+_GOES_ON = 0.5  # 1-sigma of how far a thing goes on where nothing is matched, share of the columns
 _REFINED = 4.0  # half the window in which a matched map was refined [px]
 _SMALL = 400  # pixels of a thing that may be mixed ones
 _LARGE_IMAGE = 200_000  # pixels of an image of which every third column and row is looked at first
@@ -262,7 +263,11 @@ class ObstacleStage:
         for identity, thing in enumerate(whole, start=1):
             identities[list(thing.numbers)] = identity
         return tuple(
-            self._obstacle(identity, thing, cut_sides(thing.box, shape, first_row=first_row))
+            self._obstacle(
+                identity,
+                self._with_doubt(thing, frame),
+                cut_sides(thing.box, shape, first_row=first_row),
+            )
             for identity, thing in enumerate(whole, start=1)
         ), identities
 
@@ -343,6 +348,19 @@ class ObstacleStage:
         blur = 2 * frame.ground.noise * extent.distance**2 / focal
         goes_on = ramp.ground + ramp.front + ramp.climb * (behind + blur) + self.least_height
         return extent.lowest >= self.clearance or extent.ground + extent.front < goes_on
+
+    def _with_doubt(self, thing: Thing, frame: _Frame) -> Thing:
+        """Return a thing whose sides are as doubtful as what is beside them."""
+        extent, p = thing.extent, self.projection
+        disparity = p.fx * p.baseline / max(extent.distance, 1e-6)
+        columns = unseen_beside(frame.disparity.disparity, thing.box, disparity)
+        angle = _GOES_ON * math.hypot(*columns) / p.fx
+        doubtful = replace(
+            extent,
+            sigma_bearing=math.hypot(extent.sigma_bearing, 0.5 * angle),
+            sigma_width=math.hypot(extent.sigma_width, angle * extent.distance),
+        )
+        return replace(thing, extent=doubtful)
 
     def _obstacle(self, identity: int, thing: Thing, cut: tuple[str, ...]) -> Obstacle:
         extent, box, pixels = thing.extent, thing.box, thing.pixels

@@ -10,6 +10,9 @@ from bearcub.robust import median
 _FOOT_SHARE = 0.3  # of the pixels below that must belong to a thing rather than to the floor
 _FOOT_ROWS, _FOOT_COLUMNS = 40, 40  # at which they are looked at, at most
 _FOOT_CLEAR = 0.3  # least difference between a thing's disparity and the floor's that tells [px]
+_MATCHED = 0.4  # share of a column's pixels that are matched where something is seen
+_BESIDE_ROWS = 24  # at which what is beside a thing is looked at
+_WIDEST = 64  # columns of it
 _BESIDE = 8  # columns or rows to a nearer thing's edge [px]
 
 
@@ -54,6 +57,39 @@ def goes_on_below(sorter: Sorter, member: Member) -> bool:
     # of a table every leg goes on below, but not the table
     goes_on = own.sum(axis=0) > _FOOT_SHARE * seen
     return bool(np.count_nonzero(goes_on) > 0.5 * len(goes_on))
+
+
+def unseen_beside(
+    d: Float32, box: tuple[int, int, int, int], disparity: float
+) -> tuple[float, float]:
+    """Return how many columns left and right of a thing are hardly matched: it may go on there.
+
+    Left of a thing the right image does not show what is behind it, over as many columns as their
+    disparities differ by: these do not count.
+
+    Parameters
+    ----------
+    d : ndarray of float32, shape (H, W)
+        [px], NaN unmatched.
+    box : tuple of int
+        First column and row, last column and row of the thing [px].
+    disparity : float
+        Of the thing [px].
+    """
+    first, top, last, bottom = box
+    rows = d[top : bottom + 1 : max(1, (bottom + 1 - top) // _BESIDE_ROWS)]
+    left, behind = _unseen(rows[:, max(0, first - _WIDEST) : first][:, ::-1])
+    right, _ = _unseen(rows[:, last + 1 : last + 1 + _WIDEST])
+    return max(0.0, left - max(0.0, disparity - behind)), float(right)
+
+
+def _unseen(columns: Float32) -> tuple[int, float]:
+    """Return how many columns are hardly matched, and the disparity beyond them [px]."""
+    known = np.isfinite(columns)
+    matched = np.flatnonzero(known.mean(axis=0) > _MATCHED)
+    gap = int(matched[0]) if len(matched) else columns.shape[1]
+    beyond = columns[:, gap : gap + _BESIDE][known[:, gap : gap + _BESIDE]]
+    return gap, median(beyond) if len(beyond) else 0.0
 
 
 def _nearer_thing(d: Float32, segments: Segments, member: Member, right: int, down: int) -> Bool:
