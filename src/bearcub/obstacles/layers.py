@@ -1,10 +1,11 @@
 """What every pixel was found to be: painted coarsely for the free way, in full for pictures."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from bearcub.messages import Int32, Painting, Pixel, UInt8
+from bearcub.obstacles.joining import Box
 from bearcub.obstacles.regions import Region
 from bearcub.obstacles.segment import Segments
 from bearcub.obstacles.sorting import Sorter, Sorting
@@ -22,26 +23,35 @@ class Painter:
         `Obstacle.id` of every segment; 0 for what is none.
     holes : tuple of Region
         In the order of their numbers.
+    boxes : dict
+        First column and row, last column and row [px] of things without a segment, by
+        `Obstacle.id`.
     """
 
     sorter: Sorter
     segments: Segments
     identities: Int32
     holes: tuple[Region, ...]
+    boxes: dict[int, Box] = field(default_factory=dict)
 
     def __call__(self) -> Painting:
         """Paint every pixel."""
         part = self.sorter.part(slice(None), slice(None))
         numbers = self.segments.enlarged(self.segments.labels, part)
-        labels = self._with_holes(self.identities.take(numbers), 1)
+        labels = self._complete(self.identities.take(numbers), 1)
         return Painting(floor=part.floor, kind=kinds(part, labels), labels=labels)
 
     def sampled(self, step: int) -> Int32:
         """Return the labels of every `step`-th pixel of the grid that was segmented."""
         own = self.segments.labels[::step, ::step]
-        return self._with_holes(self.identities.take(own), step * self.segments.step)
+        return self._complete(self.identities.take(own), step * self.segments.step)
 
-    def _with_holes(self, labels: Int32, step: int) -> Int32:
+    def _complete(self, labels: Int32, step: int) -> Int32:
+        for identity, (left, top, right, bottom) in self.boxes.items():
+            window = labels[
+                -(-top // step) : bottom // step + 1, -(-left // step) : right // step + 1
+            ]
+            window[window == 0] = identity
         for number, hole in enumerate(self.holes, start=1):
             v, u = -hole.top % step, -hole.left % step
             mask = hole.mask[v::step, u::step]

@@ -26,10 +26,11 @@ from bearcub.messages import (
 from bearcub.obstacles.cloud import View
 from bearcub.obstacles.free_range import free_range
 from bearcub.obstacles.holes import find_holes
-from bearcub.obstacles.joining import Thing, joined
+from bearcub.obstacles.joining import Box, Thing, joined
 from bearcub.obstacles.layers import Painter
 from bearcub.obstacles.measure import MARGIN, RISEN, Extent, cut_sides, measure
 from bearcub.obstacles.segment import Member, Segments, segment
+from bearcub.obstacles.small import small_things
 from bearcub.obstacles.sorting import Sorter, Sorting
 from bearcub.obstacles.surroundings import goes_on_below, hidden_below, mixed, unseen_beside
 from bearcub.obstacles.terrain import lie_of_the_land
@@ -143,7 +144,7 @@ class ObstacleStage:
         Findings
         """
         frame = self._frame(disparity, ground)
-        obstacles, identities = self._obstacles(frame)
+        obstacles, identities, boxes = self._obstacles(frame)
         holes, regions = find_holes(
             frame.sorter,
             frame.sorting,
@@ -157,7 +158,11 @@ class ObstacleStage:
             fringe=disparity.fattening + (0.0 if frame.witness is None else _REFINED),
         )
         painter = Painter(
-            sorter=frame.sorter, segments=frame.segments, identities=identities, holes=regions
+            sorter=frame.sorter,
+            segments=frame.segments,
+            identities=identities,
+            boxes=boxes,
+            holes=regions,
         )
         terrain = lie_of_the_land(
             frame.sorting, frame.view, ground, gravity=gravity, tilt_noise=self.tilt_noise
@@ -227,11 +232,26 @@ class ObstacleStage:
             origin=np.array([self.mount.x, self.mount.y, ground.height]),
         )
 
-    def _obstacles(self, frame: _Frame) -> tuple[tuple[Obstacle, ...], Int32]:
-        """Measure every segment; number those that count from the nearest.
+    def _obstacles(self, frame: _Frame) -> tuple[tuple[Obstacle, ...], Int32, dict[int, Box]]:
+        """Return the things, numbered from the nearest.
 
-        The second value is the number of the obstacle that each segment is, 0 for none.
+        The second value is the number of the obstacle that each segment is, 0 for none; the third
+        is the outline of those that are no segment, by number.
         """
+        identities = np.zeros(frame.segments.count + 1, dtype=np.int32)
+        boxes: dict[int, Box] = {}
+        obstacles: list[Obstacle] = []
+        shape, first_row = frame.disparity.disparity.shape, frame.disparity.first_row
+        for identity, thing in enumerate(self._things(frame), start=1):
+            identities[list(thing.numbers)] = identity
+            if not thing.numbers:
+                boxes[identity] = thing.box
+            cut = cut_sides(thing.box, shape, first_row=first_row)
+            obstacles.append(self._obstacle(identity, self._with_doubt(thing, frame), cut))
+        return tuple(obstacles), identities, boxes
+
+    def _things(self, frame: _Frame) -> list[Thing]:
+        """Measure every segment that counts, and what the images alone show."""
         found: list[Thing] = []
         rising: list[Extent] = []
         trim = None
@@ -241,7 +261,7 @@ class ObstacleStage:
                 right=frame.witness.right,
                 offset=frame.disparity.offset,
             )
-        shape, first_row = frame.disparity.disparity.shape, frame.disparity.first_row
+        shape = frame.disparity.disparity.shape
         for member in frame.segments.members(frame.sorter, least=self.least_pixels, trim=trim):
             extent, sure = self._extent(member, frame)
             if extent is None:
@@ -251,7 +271,17 @@ class ObstacleStage:
             if math.isfinite(sure) and _believed(member, frame, sure=sure):
                 box, numbers = _box(member, shape), (member.number,)
                 found.append(Thing(extent=extent, box=box, pixels=member.pixels, numbers=numbers))
-        whole = joined(
+        found += small_things(
+            found,
+            frame.witness,
+            frame.sorter,
+            frame.view,
+            offset=frame.disparity.offset,
+            least_height=self.least_height,
+            least_area=self.least_area,
+            bias=self.bias,
+        )
+        return joined(
             [
                 thing
                 for thing in found
@@ -259,17 +289,6 @@ class ObstacleStage:
             ],
             low=self.low_height,
         )
-        identities = np.zeros(frame.segments.count + 1, dtype=np.int32)
-        for identity, thing in enumerate(whole, start=1):
-            identities[list(thing.numbers)] = identity
-        return tuple(
-            self._obstacle(
-                identity,
-                self._with_doubt(thing, frame),
-                cut_sides(thing.box, shape, first_row=first_row),
-            )
-            for identity, thing in enumerate(whole, start=1)
-        ), identities
 
     def _extent(self, member: Member, frame: _Frame) -> tuple[Extent | None, float]:
         """Measure one segment, if it is large enough.
