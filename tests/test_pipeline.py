@@ -269,7 +269,8 @@ def test_rows_above_the_robot_can_be_left_out_and_what_they_cut_says_so() -> Non
     # Row 128 is 1.1 m higher than the camera at 6 m, and the matcher's margin below it.
     assert 2.0 < cut.height < 2.4
     assert math.isnan(cut.sigma_height)
-    for name in ("distance", "bearing", "width"):
+    assert cut.distance == pytest.approx(tall.distance, abs=2 * tall.sigma_distance)
+    for name in ("bearing", "width"):
         assert getattr(cut, name) == pytest.approx(getattr(tall, name), abs=0.05)
 
 

@@ -12,7 +12,8 @@ constexpr int kReach = 2;        // of the census window: 5 x 5
 constexpr int kPlanes = 3;       // bytes of a pixel's census, 24 bits
 constexpr int kMost = 256;       // disparities
 constexpr int kSteps = 64;       // of a pixel of disparity
-constexpr int16_t kNone = -1;    // unmatched, in steps
+constexpr int16_t kNone = -0x8000;      // unmatched, in steps: far below any answer,
+constexpr int16_t kNoneAbove = 0x7fff;  // or, until the median is taken, far above
 constexpr uint8_t kOutside = 255;  // cost of a match outside the right image; no sum is as large
 
 // How many vectors the kernels have instances for: at least as many as the disparities fill.
@@ -83,6 +84,7 @@ struct Kernels {
     void (*decide)(const Block&, bool rated);  // rated: with confidence
     void (*take_row)(const Block&, int row, int16_t* steps, uint8_t* confidence);
     void (*without_texture)(Window<uint8_t> rows, int width, float least, int16_t* steps);
+    void (*balance)(int16_t* steps, int width, bool odd);  // odd: the row
     void (*median)(const int16_t* above, const int16_t* row, const int16_t* below, int width,
                    int16_t* to);
     void (*smooth)(Window<int16_t> rows, int width, int16_t* to);

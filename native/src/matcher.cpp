@@ -87,6 +87,7 @@ void Matcher::match_stripe(int stripe, Worker& worker) {
             if (tuning_.texture > 0.0f) {
                 kernels_.without_texture(rows.around(i).rows, shape_.width, tuning_.texture, steps);
             }
+            kernels_.balance(steps, shape_.width, (row + i) % 2 != 0);
             steps[-1] = steps[0];
             steps[shape_.width] = steps[shape_.width - 1];
         }

@@ -1,5 +1,6 @@
 """Order statistics of small arrays, without the overhead of NumPy's general functions."""
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,37 @@ def median(values: NDArray[Any]) -> float:
         At least one, none NaN.
     """
     return quantile(values, 0.5)
+
+
+def line(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[float, float]:
+    """Return start and slope of the line through most points, whatever a quarter of them do.
+
+    The slope is the median of those of all pairs, after Theil and Sen [1]_.
+
+    Parameters
+    ----------
+    x, y : ndarray of float64, shape (N,)
+        At least two, no two `x` alike.
+
+    References
+    ----------
+    .. [1] P. K. Sen: "Estimates of the regression coefficient based on Kendall's tau", Journal of
+       the American Statistical Association 63(324), 1968.
+
+    Examples
+    --------
+    >>> line(np.array([0.0, 1.0, 2.0, 3.0, 4.0]), np.array([1.0, 3.0, 5.0, 7.0, 0.0]))
+    (1.0, 2.0)
+    """
+    one, other = _pairs(len(x))
+    slope = median((y[one] - y[other]) / (x[one] - x[other]))
+    return median(y - slope * x), slope
+
+
+@cache
+def _pairs(count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return all pairs of as many things, by their numbers."""
+    return np.triu_indices(count, 1)
 
 
 def sorted_by_group(values: NDArray[np.float64], group: NDArray[np.int64]) -> NDArray[np.float64]:

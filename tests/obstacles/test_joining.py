@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from bearcub.obstacles.joining import Thing, joined
@@ -13,18 +14,28 @@ def upright(
     *, right: float, left: float, ahead: float = 4.0, top: float = 1.0, bottom: float = 0.0
 ) -> Thing:
     """Return a board across the way, from y = `right` to y = `left` [m], `ahead` metres off."""
-    ends = [math.atan2(y, ahead) for y in (right, left)]
-    nearest = min(max(0.0, right), left)
+    return board((ahead, right), (ahead, left), top=top, bottom=bottom)
+
+
+def board(
+    right: tuple[float, float], left: tuple[float, float], *, top: float = 1.0, bottom: float = 0.0
+) -> Thing:
+    """Return a board from one point (x, y) [m] to another."""
+    ends = np.array([right, left])
+    along = ends[1] - ends[0]
+    share = np.clip(-(ends[0] @ along) / (along @ along), 0.0, 1.0)
+    nearest = ends[0] + share * along
+    bearings = np.arctan2(ends[:, 1], ends[:, 0])
     extent = Extent(
-        x=ahead,
-        y=nearest,
-        distance=math.hypot(ahead, nearest),
-        bearing=0.5 * (ends[0] + ends[1]),
-        right=ends[0],
-        left=ends[1],
-        range_right=math.hypot(ahead, right),
-        range_left=math.hypot(ahead, left),
-        width=left - right,
+        x=float(nearest[0]),
+        y=float(nearest[1]),
+        distance=math.hypot(*nearest),
+        bearing=float(bearings.mean()),
+        right=float(bearings[0]),
+        left=float(bearings[1]),
+        range_right=math.hypot(*right),
+        range_left=math.hypot(*left),
+        width=math.hypot(*along),
         top=top,
         bottom=bottom,
         lowest=bottom,
@@ -37,7 +48,7 @@ def upright(
         sigma_width=0.02,
         sigma_top=0.02,
     )
-    first = round(1000 * (2 + right))
+    first = round(1000 * (2 + right[1]))
     return Thing(extent=extent, box=(first, 10, first + 100, 90), pixels=1000, numbers=(first,))
 
 
@@ -71,6 +82,19 @@ def test_piece_before_a_wall_at_its_range_is_the_wall() -> None:
 def test_things_with_room_between_them_stay_apart(other: Thing) -> None:
     board = upright(right=-0.6, left=0.0)
     assert len(joined([board, other], low=0.35)) == 2
+
+
+def test_pieces_of_a_flank_seen_aslant_are_one_though_their_ends_are_not_at_one_range() -> None:
+    tail = board((3.4, -2.6), (4.6, -2.6))
+    front = board((4.75, -2.68), (6.6, -2.68))  # 8 cm aside; 17 cm farther at the near ends
+    (car,) = joined([tail, front], low=0.35)
+    assert (car.extent.right, car.extent.left) == (tail.extent.right, front.extent.left)
+
+
+def test_cars_that_are_parked_in_a_row_stay_apart() -> None:
+    near = board((10.0, -2.6), (14.0, -2.6))
+    far = board((15.0, -2.6), (19.0, -2.6))  # 0.7 deg and a metre of way from the one before
+    assert len(joined([near, far], low=0.35)) == 2
 
 
 def test_a_foot_moves_a_bank_nearer_and_not_wider() -> None:

@@ -83,6 +83,30 @@ def test_noise_widens_the_error_bars_and_stays_within_them() -> None:
         assert abs(found.width - quiet.width) < 4 * found.sigma_width
 
 
+def test_a_face_that_is_noisier_than_the_floor_is_not_measured_nearer() -> None:
+    u, v = (grid.ravel().astype(float) for grid in np.meshgrid(range(140, 180), range(170, 230)))
+    d = 10.0 + np.random.default_rng(0).normal(0, 0.38, len(u)).astype(np.float32)
+    found = measured(u, v, d.astype(np.float32), noise=0.2)
+    assert found.distance == pytest.approx(board().distance, rel=0.01)
+
+
+def test_ends_of_a_straight_face_are_those_of_its_line_whatever_its_outermost_pixels_do() -> None:
+    u, v = (grid.ravel().astype(float) for grid in np.meshgrid(range(100, 180), range(170, 230)))
+    d = 10.0 + 0.02 * (u - 100.0)  # a plane: 4 m ahead at its left end, 3.45 m at its right end
+    true = [math.hypot(40.0 / d, 40.0 / d * x / 400) for d, x in ((11.6, 20.0), (10.0, 100.0))]
+    d[u < 112] -= 1.0  # two of the thirteen directions are matched to what is behind
+    found = measured(u, v, d.astype(np.float32))
+    assert [found.range_right, found.range_left] == pytest.approx(true, abs=0.03)
+
+
+def test_ends_of_what_is_turned_towards_us_with_an_edge_are_its_own() -> None:
+    u, v = (grid.ravel().astype(float) for grid in np.meshgrid(range(100, 180), range(170, 230)))
+    d = 12.0 - 0.05 * np.abs(u - 139.5)  # 3.33 m at the edge, 4 m at both ends
+    found = measured(u, v, d.astype(np.float32))
+    ends = [math.hypot(4.0, 4.0 * (199.5 - column) / 400) for column in (179.5, 99.5)]
+    assert [found.range_right, found.range_left] == pytest.approx(ends, abs=0.06)
+
+
 def test_error_that_all_pixels_share_is_passed_on_in_full() -> None:
     # dZ = Z dd / d: 0.2 px of 10 px at 4 m are 8 cm, whatever the number of pixels
     shared = board(bias=0.2).sigma_distance

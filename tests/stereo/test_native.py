@@ -110,7 +110,7 @@ def naive_winners(total: np.ndarray, search: SearchRange, *, uniqueness: int) ->
         for x in range(width):
             lane, sums = int(lanes[v, x]), total[v, x]
             best = sums[lane]
-            others = np.delete(sums, slice(max(lane - 1, 0), lane + 2))
+            others = np.delete(sums, slice(max(lane - 3, 0), lane + 4))
             agrees = abs(right[x - lane][1] - lane) <= 2
             if not first <= x - search.smallest - lane <= last:
                 continue
@@ -128,17 +128,29 @@ def naive_winners(total: np.ndarray, search: SearchRange, *, uniqueness: int) ->
 
 def filtered(disparity: Float32, smallest: int) -> Float32:
     """Return the median of 3 x 3, smoothed over 5 x 5."""
-    steps = np.where(np.isnan(disparity), -1, (disparity - smallest) * 64).astype(np.int16)
+    known = np.isfinite(disparity)
+    height, width = disparity.shape
+    even = np.add.outer(np.arange(height), np.arange(width)) % 2 == 0
+    missing = np.where(even, 2**15 - 1, -(2**15))  # in balance: no median is pulled to a side
+    steps = np.where(known, (np.nan_to_num(disparity) - smallest) * 64, missing).astype(np.int16)
     middle = np.asarray(cv2.medianBlur(steps, 3)).astype(int)
-    height, width = middle.shape
-    wide = np.pad(middle, 2, mode="edge")
-    around = np.stack([wide[v : v + height, u : u + width] for v in range(5) for u in range(5)])
-    near = (np.abs(around - middle) <= 96) & (around >= 0)
-    change = ((around - middle) * near).sum(axis=0) / np.maximum(near.sum(axis=0), 1)
+    middle[window(known, 1).sum(axis=0) < 5] = -(2**20)
+    around = window(middle, 2)
+    near = np.abs(around - middle) <= 96
+    change = ((around - middle) * near).sum(axis=0) / near.sum(axis=0)
     smooth = middle + np.floor(change.astype(np.float32) + np.float32(0.5))
-    found = np.where(middle < 0, np.nan, smallest + smooth / 64).astype(np.float32)
-    there = np.arange(disparity.shape[1]) - found
-    return np.where((there >= 0) & (there <= disparity.shape[1] - 1), found, np.float32(np.nan))
+    believed = (middle >= 0) & (near.sum(axis=0) >= 13)
+    found = np.where(believed, smallest + smooth / 64, np.nan).astype(np.float32)
+    there = np.arange(width) - found
+    return np.where((there >= 0) & (there <= width - 1), found, np.float32(np.nan))
+
+
+def window(image: np.ndarray, reach: int) -> np.ndarray:
+    """Return what lies around each pixel, the outermost repeated beyond the border."""
+    wide = np.pad(image, reach, mode="edge")
+    side = 2 * reach + 1
+    views = np.lib.stride_tricks.sliding_window_view(wide, (side, side))
+    return np.moveaxis(views.reshape(*image.shape, -1), 2, 0)
 
 
 @pytest.mark.parametrize("level", LEVELS)
@@ -159,6 +171,19 @@ def test_a_known_shift_is_found_and_nothing_else(shift: int) -> None:
     # The right image shows what is `shift` columns to the right: left column x is right x - shift.
     assert (np.abs(found[3:-3, shift + 4 : -4] - shift) < 0.26).mean() > 0.99
     assert np.isnan(found[:, :shift]).mean() > 0.95
+
+
+def test_what_is_not_matched_does_not_pull_the_rest_farther_off() -> None:
+    random = np.random.default_rng(0)
+    weak = cv2.GaussianBlur(random.normal(0, 1, (240, 410)), (0, 0), 3.0)
+    weak *= 5 / weak.std()
+    left, right = (
+        np.rint(100 + part + random.normal(0, 2, part.shape)).astype(np.uint8)
+        for part in (weak[:, :400], weak[:, 10:])
+    )
+    found = NativeMatcher(SearchRange(0, 32), uniqueness=10)(left, right)[20:-20, 50:-20]
+    assert np.isfinite(found).mean() > 0.9
+    assert np.nanmean(found) == pytest.approx(10.0, abs=0.05)  # 9.92 with all gaps below
 
 
 def test_levels_and_threads_give_the_same_answer_to_the_bit() -> None:

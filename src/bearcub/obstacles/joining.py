@@ -9,6 +9,7 @@ _PIECE = 0.5  # most of a thing's width that its foot or ledge has
 _AHEAD = (0.4, 0.12)  # how far before or behind it a foot may lie [m], share of the distance
 _APART = math.radians(1.0)  # most that the pieces of a surface are apart
 _BESIDE = (0.1, 0.02)  # how far before or behind it a piece may lie [m], share of the distance
+_LEAST_SLANT = 0.5  # sine of the least angle under which a surface is taken to be seen
 _ABOVE = 0.1  # how far above another a piece of the same surface may begin [m]
 
 Box = tuple[int, int, int, int]
@@ -101,21 +102,50 @@ def _continues(piece: Extent, whole: Extent) -> bool:
     if max(piece.bottom - whole.top, whole.bottom - piece.top) > _ABOVE:
         return False
     where = min(max(piece.bearing, whole.right), whole.left)
-    there = _range_at(whole, where)
     at = min(max(where, piece.right), piece.left)
-    apart = abs(_range_at(piece, at) - there)
+    there = _range_at(whole, at)
+    apart = _slant(whole, there) * abs(_range_at(piece, at) - there)
     noise = 2 * math.hypot(piece.sigma_distance, whole.sigma_distance)
-    return apart < max(_BESIDE[0], _BESIDE[1] * there) + noise
+    return apart < _beside(there) + noise
 
 
 def _range_at(extent: Extent, bearing: float) -> float:
-    """Return the range [m] of the straight line between a thing's two ends in a direction."""
+    """Return the range [m] of the straight line between a thing's two ends in a direction.
+
+    Beyond an end it goes on for a little: an end is where a thing was matched last.
+    """
     span = extent.left - extent.right
     if span <= 0:
         return extent.distance
+    inside = min(max(bearing, extent.right), extent.left)
+    there = _on_line(extent, inside)
+    if inside == bearing:
+        return max(extent.distance, there)
+    beyond = _on_line(extent, min(max(bearing, inside - span), inside + span))
+    return min(max(beyond, there - _beside(there)), there + _beside(there))
+
+
+def _on_line(extent: Extent, bearing: float) -> float:
+    """Return the range [m] of the line through a thing's two ends in a direction."""
     a, b = extent.range_right, extent.range_left
     across = a * math.sin(bearing - extent.right) + b * math.sin(extent.left - bearing)
-    return max(extent.distance, a * b * math.sin(span) / max(across, 1e-9))
+    return a * b * math.sin(extent.left - extent.right) / max(across, 1e-9)
+
+
+def _beside(there: float) -> float:
+    """Return how far before or behind a surface at a range its pieces may lie [m]."""
+    return max(_BESIDE[0], _BESIDE[1] * there)
+
+
+def _slant(extent: Extent, there: float) -> float:
+    """Return the sine of the angle under which a thing's line is seen at a range.
+
+    So far off the line is what lies 1 m behind it. It is that of 30 deg at least: along a line that
+    is seen from its end other things stand.
+    """
+    a, b, span = extent.range_right, extent.range_left, extent.left - extent.right
+    length = math.sqrt(max(a * a + b * b - 2 * a * b * math.cos(span), 1e-9))
+    return min(max(a * b * math.sin(span) / (length * there), _LEAST_SLANT), 1.0)
 
 
 def _together(one: Thing, other: Thing) -> Thing:

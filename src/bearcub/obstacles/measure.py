@@ -10,6 +10,7 @@ from bearcub.geometry import Float64
 from bearcub.ground.surface import Surface
 from bearcub.messages import Float32
 from bearcub.obstacles.cloud import Cloud, View, cloud_of
+from bearcub.robust import line
 from bearcub.stereo.native import COMPILED
 
 _SIDE = 0.15  # share of a typical column's pixels at which a thing ends to the sides
@@ -22,8 +23,11 @@ _EXPLAINED_LONG = 0.25  # the same share where range itself is noisy
 _BEFORE = 1.06  # times a thing's disparity is where its ground begins, before what is its foot
 _STEP = 0.15  # what rises over a longer way is sloping ground [m]
 _NEAREST = 10  # one in so many pixels of a direction is nearer than its face
-_LEANS = 1.6  # sigmas of noise from the nearest tenth to the median of an upright face, at most
+_LEANS = 2.5  # sigmas of the floor's noise from the nearest tenth to the median of an upright face
 _SHARPEST = 0.03  # share of its range that an edge may be nearer than its direction's mean
+_STRAIGHT = 5  # directions of a thing that tell whether it is straight, at least
+_ON_LINE = 0.02  # how far off a line a direction may be, share of its range
+_MOST = 0.6  # share of the directions that a line must have
 _EDGE = 1.0  # 1-sigma of where a side is [px]
 _BLURRED = 0.04  # 1-sigma of a width, share of it: feet and tapers that the floor's noise hides
 MARGIN = 6  # rows and columns at the image's border that a matcher may lose [px]
@@ -131,6 +135,7 @@ def measure(
     spread = math.sqrt(noise**2 * _BLOCK / max(weight * counts[nearest], _BLOCK) + bias**2)
     sigma_distance = distance * spread / d_near
     width = 0.0 if narrow else _chord(ranges, left - right)
+    range_right, range_left = _ends_of_face(ranges, bearings, right, left)
     edge = math.hypot(_EDGE, 0.5 * fringe) * pixel
     row = cloud.range(0.5) * pixel
     low, high = _heights(cloud, row, stride=stride, fattening=fattening)
@@ -145,8 +150,8 @@ def measure(
         bearing=0.5 * (right + left),
         right=right,
         left=left,
-        range_right=ranges[0],
-        range_left=ranges[-1],
+        range_right=range_right,
+        range_left=range_left,
         width=width,
         top=high - lift,
         bottom=low + fattening * row - lift,
@@ -290,6 +295,32 @@ def _to_the_point(ranges: list[float], nearest: int) -> float:
     else:
         return 0.0
     return min(share * max(step, 0.0), _SHARPEST * ranges[nearest])
+
+
+def _ends_of_face(
+    ranges: list[float], directions: list[float], right: float, left: float
+) -> tuple[float, float]:
+    """Return the ranges of a thing's right and left end [m].
+
+    They are those of the straight line that most of its directions lie on, where there is one: the
+    outermost directions are the ones that wrong matches and feet spoil.
+    """
+    ends = ranges[0], ranges[-1]
+    if len(ranges) < _STRAIGHT:
+        return ends
+    turned = np.array(directions) - 0.5 * (right + left)
+    # seen from the middle, 1 / ahead grows evenly along a line
+    across, inverse = np.tan(turned), 1 / (np.array(ranges) * np.cos(turned))
+    start, slope = line(across, inverse)
+    on = np.abs(start + slope * across - inverse) < _ON_LINE * inverse
+    if np.count_nonzero(on) < _MOST * len(ranges):
+        return ends
+    start, slope = line(across[on], inverse[on])
+    half = 0.5 * (left - right)
+    inverses = [(start + slope * math.tan(edge)) * math.cos(edge) for edge in (-half, half)]
+    if min(inverses) < 0.5 / max(ends):  # seen along, it has no end to speak of
+        return ends
+    return 1 / inverses[0], 1 / inverses[1]
 
 
 def _chord(ranges: list[float], angle: float) -> float:

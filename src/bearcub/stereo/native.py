@@ -97,7 +97,8 @@ class NativeMatcher(SearchingMatcher):
     search : SearchRange
         Disparities to try, 256 at most.
     uniqueness : int
-        Margin of the best over the second best match [%].
+        Margin of the best over the second best match [%]: of all more than three
+        disparities away.
     left_right : float
         Largest disagreement of the match from the right image [px], whole pixels.
     speckle_area : int
