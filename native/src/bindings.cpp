@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "after_bindings.h"
+#include "gate.h"
 #include "levels.h"
 #include "matcher.h"
 #include "memory.h"
@@ -75,15 +76,17 @@ void match(Matcher& matcher, const Map<const Pixel>& left, const Map<const Pixel
     matcher.match(images[0], images[1], disparity.data(), confidence ? confidence->data() : nullptr);
 }
 
-void refine(Refiner& refiner, const Map<const uint8_t>& left, const Map<const uint8_t>& right,
-            const Contiguous<const float>& disparity, const Contiguous<float>& refined) {
-    const int height = refiner.height(), width = refiner.width();
+// Passes a pair and its disparity through a stage of the same shape.
+template <class Stage, void (Stage::*run)(const Image&, const Image&, const float*, float*)>
+void pass(Stage& stage, const Map<const uint8_t>& left, const Map<const uint8_t>& right,
+          const Contiguous<const float>& disparity, const Contiguous<float>& answer) {
+    const int height = stage.height(), width = stage.width();
     const Image images[] = {image(left, height, width, "left"),
                             image(right, height, width, "right")};
     require_shape(disparity, height, width, "disparity");
-    require_shape(refined, height, width, "refined");
+    require_shape(answer, height, width, "answer");
     const nb::gil_scoped_release release;
-    refiner.refine(images[0], images[1], disparity.data(), refined.data());
+    (stage.*run)(images[0], images[1], disparity.data(), answer.data());
 }
 
 using Whole = nb::ndarray<const int16_t, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
@@ -143,7 +146,20 @@ NB_MODULE(_native, m) {
                 new (self) Refiner(height, width, threads, *level_of(level).refine);
             },
             nb::kw_only(), "height"_a, "width"_a, "threads"_a, "level"_a.none())
-        .def("refine", &refine, "left"_a, "right"_a, "disparity"_a, "refined"_a);
+        .def("refine", &pass<Refiner, &Refiner::refine>, "left"_a, "right"_a, "disparity"_a,
+             "refined"_a);
+    nb::class_<Gate>(m, "Gate", "Which disparities of pairs of one shape are to be believed.")
+        .def(
+            "__init__",
+            [](Gate* self, int height, int width, float agreement, float least, int speckle_area,
+               int threads, const std::optional<std::string>& level) {
+                if (height < 2 || width < 2) throw std::invalid_argument("less than 2 x 2 pixels");
+                new (self) Gate(height, width, {agreement, least}, speckle_area, threads,
+                                level_of(level));
+            },
+            nb::kw_only(), "height"_a, "width"_a, "agreement"_a, "least"_a, "speckle_area"_a,
+            "threads"_a, "level"_a.none())
+        .def("gate", &pass<Gate, &Gate::gate>, "left"_a, "right"_a, "disparity"_a, "gated"_a);
     nb::class_<Rectifier>(m, "Rectifier", "Rectification of pairs of one shape.")
         .def(
             "__init__",

@@ -23,4 +23,13 @@ inline int reflected(int i, int size) {
     return i;
 }
 
+// Beyond its ends a row goes back the way it came.
+template <class T>
+void reflect(T* row, int width, int margin) {
+    for (int i = 1; i <= margin; ++i) {
+        row[-i] = row[reflected(-i, width)];
+        row[width - 1 + i] = row[reflected(width - 1 + i, width)];
+    }
+}
+
 }  // namespace bearcub

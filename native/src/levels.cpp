@@ -3,12 +3,13 @@
 
 namespace bearcub {
 
-#define BEARCUB_DECLARE(name)                                                 \
-    namespace name {                                                          \
-    extern const Kernels kernels;                                             \
-    extern const RefineKernels refine_kernels;                                \
-    extern const RectifyKernels rectify_kernels;                              \
-    const Level level{#name, &kernels, &refine_kernels, &rectify_kernels};    \
+#define BEARCUB_DECLARE(name)                                                             \
+    namespace name {                                                                      \
+    extern const Kernels kernels;                                                         \
+    extern const GateKernels gate_kernels;                                                \
+    extern const RefineKernels refine_kernels;                                            \
+    extern const RectifyKernels rectify_kernels;                                          \
+    const Level level{#name, &kernels, &gate_kernels, &refine_kernels, &rectify_kernels}; \
     }
 
 #if defined(__x86_64__)

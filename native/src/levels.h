@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "gate_kernels.h"
 #include "kernels.h"
 #include "rectify_kernels.h"
 #include "refine_kernels.h"
@@ -12,6 +13,7 @@ namespace bearcub {
 struct Level {
     const char* name;
     const Kernels* match;
+    const GateKernels* gate;
     const RefineKernels* refine;
     const RectifyKernels* rectify;
 };

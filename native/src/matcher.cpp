@@ -129,7 +129,11 @@ void Matcher::connect(int row, Worker& worker) {
 void Matcher::finish_stripe(int stripe) {
     for (int row = first_row(stripe); row < first_row(stripe + 1); ++row) {
         int16_t* steps = filtered(row);
-        if (tuning_.speckle_area > 0) speckles_.erase(row, steps);
+        if (tuning_.speckle_area > 0) {
+            speckles_.each_run(row, [steps](int first, int end, bool small) {
+                if (small) std::fill(steps + first, steps + end, kNone);
+            });
+        }
         float* disparity = disparity_ + static_cast<std::ptrdiff_t>(row) * shape_.width;
         kernels_.to_pixels(steps, shape_.width, shape_.smallest, disparity);
         if (confidence_ != nullptr) kernels_.quell(disparity, shape_.width, confidence(row));

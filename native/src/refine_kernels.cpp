@@ -14,7 +14,6 @@ namespace {
 constexpr float kFarthest = 0.5f;  // largest correction of a step [px]
 constexpr float kNoise = 0.5f;     // gradient energy that noise alone has [grey levels squared]
 
-BEARCUB_INLINE bool finite(float x) { return x - x == 0.0f; }
 
 void matched(const uint8_t* __restrict right, const float* __restrict disparity, int width,
              uint32_t* __restrict scratch, float* __restrict grey) {

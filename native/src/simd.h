@@ -46,6 +46,9 @@ BEARCUB_INLINE T clamped(T x, T low, T high) {
     return x > high ? high : x;
 }
 
+// Neither infinite nor no number.
+BEARCUB_INLINE bool finite(float x) { return x - x == 0.0f; }
+
 // ---- Vectors
 
 #if defined(__AVX512VBMI__)

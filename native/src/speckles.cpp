@@ -80,13 +80,4 @@ void Speckles::connect(int row, const int16_t* steps, const int16_t* above, uint
     }
 }
 
-void Speckles::erase(int row, int16_t* steps) const {
-    for (int run = row * width_; run < row * width_ + count_[row]; ++run) {
-        int root = run;
-        while (parent_[root] >= 0) root = parent_[root];
-        if (-parent_[root] > area_) continue;
-        std::fill(steps + runs_[run].first, steps + runs_[run].end, kNone);
-    }
-}
-
 }  // namespace bearcub

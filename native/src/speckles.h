@@ -20,8 +20,15 @@ public:
     void find_runs(int row, const int16_t* steps, uint8_t* scratch);
     // Connect one row's runs to those of the row above.
     void connect(int row, const int16_t* steps, const int16_t* above, uint8_t* scratch);
-    // Take back the row's runs that belong to small patches.
-    void erase(int row, int16_t* steps) const;
+    // Call visit(first, end, small) for every run of the row.
+    template <class Visit>
+    void each_run(int row, Visit&& visit) const {
+        for (int run = row * width_; run < row * width_ + count_[row]; ++run) {
+            int root = run;
+            while (parent_[root] >= 0) root = parent_[root];
+            visit(runs_[run].first, runs_[run].end, -parent_[root] <= area_);
+        }
+    }
 
     // Bytes: a row's links one by one, then packed.
     int scratch() const { return (64 + 8) * words_; }

@@ -281,6 +281,26 @@ class Rectifier:
         rectified_right: NDArray[np.uint8],
     ) -> None: ...
 
+class Gate:
+    def __init__(
+        self,
+        *,
+        height: int,
+        width: int,
+        agreement: float,
+        least: float,
+        speckle_area: int,
+        threads: int,
+        level: str | None,
+    ) -> None: ...
+    def gate(
+        self,
+        left: NDArray[np.uint8],
+        right: NDArray[np.uint8],
+        disparity: NDArray[np.float32],
+        gated: NDArray[np.float32],
+    ) -> None: ...
+
 class Refiner:
     def __init__(self, *, height: int, width: int, threads: int, level: str | None) -> None: ...
     def refine(

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from bearcub.messages import Bool, Float32, UInt8
 from bearcub.stereo.images import shifted, shrunk
 
+_MOST_STEPS = 2**14 - 1  # sixteenths of a pixel, either way; farther matches are taken for this far
 _WINDOW = 7  # half-size pixels; a side of 14 in the image: the evidence of about 200 pixels
 
 
@@ -51,13 +52,12 @@ def agreement_gate(
         False also where unmatched.
     """
     known = np.isfinite(disparity)
-    match = shifted(right, disparity, interpolation=cv2.INTER_LINEAR)
-    here, there = _gradient(left), _gradient(match)
-    texture = (here * here + there * there) * known
-    difference = (here - there) ** 2 * known
-    least = np.float32(2 * contrast**2) * known
-    believed: Bool = known & (_window_sum(difference - np.float32(agreement) * texture) < 0)
-    return believed & (_window_sum(texture - least) > 0)
+    weight = known.astype(np.float32)
+    here, there = _gradient(left), _gradient(_matched(right, disparity, known))
+    texture = _window_sum((here * here + there * there) * weight)
+    difference = _window_sum((here - there) ** 2 * weight)
+    believed: Bool = known & (difference < np.float32(agreement) * texture)
+    return believed & (texture > np.float32(2 * contrast**2) * _window_sum(weight))
 
 
 def without_islands(disparity: Float32, *, smallest_area: int, step: float) -> Bool:
@@ -78,7 +78,8 @@ def without_islands(disparity: Float32, *, smallest_area: int, step: float) -> B
         False also where unmatched.
     """
     unmatched = np.iinfo(np.int16).min
-    steps = cv2.patchNaNs(disparity * np.float32(16), unmatched).astype(np.int16)
+    numbers = np.clip(np.floor(disparity * np.float32(16)), -_MOST_STEPS, _MOST_STEPS)
+    steps = cv2.patchNaNs(numbers, unmatched).astype(np.int16)
     cv2.filterSpeckles(steps, unmatched, smallest_area - 1, 16 * step)
     kept: Bool = steps != unmatched
     return kept
@@ -123,6 +124,18 @@ def gate(
         _only(small, believed), smallest_area=max(speckle_area // 4, 1), step=0.5
     )
     return _only(disparity, _doubled(kept, disparity.shape))
+
+
+def _matched(right: UInt8, disparity: Float32, known: Bool) -> UInt8:
+    """Return what the right image shows at the match of every left pixel.
+
+    Matches are taken to a 32nd of a pixel, whose interpolation floats hold exactly: the answer is
+    the same everywhere.
+    """
+    parts = np.floor(disparity * np.float32(32) + np.float32(0.5)) / np.float32(32)
+    parts[~known] = 0
+    shown = shifted(right.astype(np.float32), parts, interpolation=cv2.INTER_LINEAR)
+    return (shown + np.float32(0.5)).astype(np.uint8)
 
 
 def _gradient(image: UInt8) -> Float32:

@@ -259,6 +259,54 @@ class NativeRefinement:
         return refined
 
 
+class NativeGate:
+    """`bearcub.stereo.gates.gate`, compiled: the same to the bit.
+
+    Parameters
+    ----------
+    agreement, contrast, speckle_area
+        As there.
+    threads : int
+        That work at the same time.
+    level : str, optional
+        One of `levels`; by itself the best.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range or there is no compiled core.
+    """
+
+    def __init__(
+        self,
+        *,
+        agreement: float,
+        contrast: float,
+        speckle_area: int,
+        threads: int = 1,
+        level: str | None = None,
+    ) -> None:
+        _check_core(threads=threads, level=level)
+        self._settings: dict[str, Any] = {
+            "agreement": agreement,
+            "least": 2 * contrast**2,  # of the squared gradients of both images
+            "speckle_area": max(speckle_area // 4, 1) - 1,  # that goes, at half the size
+            "threads": threads,
+            "level": level,
+        }
+        self._core: _native.Gate | None = None
+        self._shape: tuple[int, ...] = ()
+
+    def __call__(self, left: UInt8, right: UInt8, disparity: Float32) -> Float32:
+        """Return what of the disparity is to be believed; see `bearcub.stereo.gates.gate`."""
+        if self._core is None or left.shape != self._shape:
+            height, width = self._shape = left.shape
+            self._core = core.Gate(height=height, width=width, **self._settings)
+        gated = np.empty(disparity.shape, dtype=np.float32)
+        self._core.gate(_in_rows(left), _in_rows(right), np.ascontiguousarray(disparity), gated)
+        return gated
+
+
 class NativeRemap:
     """``cv2.remap`` of a grey pair, bilinear and black beyond the border, compiled.
 

@@ -1,7 +1,9 @@
 """The stereo stage: a pair, or a disparity map, becomes one `DisparityMap`."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -16,7 +18,7 @@ from bearcub.stereo.gates import gate
 from bearcub.stereo.grain import without_grain
 from bearcub.stereo.images import grey
 from bearcub.stereo.matchers import Matcher
-from bearcub.stereo.native import COMPILED, core
+from bearcub.stereo.native import COMPILED, NativeGate, core
 from bearcub.stereo.search import search_range
 
 _SOUND = 0.5  # share of matched pixels that leaves no doubt of a map
@@ -44,7 +46,7 @@ class StereoStage:
     align : bool
         Measure the pair's vertical misalignment, too.
     threads : int
-        That the registration uses where it is compiled.
+        That gate and registration use where they are compiled.
     """
 
     def __init__(
@@ -61,9 +63,9 @@ class StereoStage:
     ) -> None:
         self._matcher = matcher
         self._doffs = doffs
-        self._agreement = agreement
-        self._contrast = contrast
-        self._speckle_area = speckle_area
+        self._gate = _gate(
+            agreement=agreement, contrast=contrast, speckle_area=speckle_area, threads=threads
+        )
         self._sharpen = refinement(threads=threads) if sharpen else None
         self._align = align
         self._order_settled = False
@@ -129,14 +131,7 @@ class StereoStage:
 
     def _believe(self, left: UInt8, right: UInt8, found: Float32) -> DisparityMap:
         """Gate and sharpen what the matcher found in two grey images."""
-        disparity = gate(
-            left,
-            right,
-            found,
-            agreement=self._agreement,
-            contrast=self._contrast,
-            speckle_area=self._speckle_area,
-        )
+        disparity = self._gate(left, right, found)
         if not self._order_settled:
             self._order_settled = self._check_order(left, right, disparity)
         if self._sharpen is not None:
@@ -189,6 +184,17 @@ def from_disparity(
     if taken.valid_share < _SOUND:
         check_disparity(as_disparity(disparity, name=name) + np.float32(doffs), name=name)
     return taken
+
+
+def _gate(
+    *, agreement: float, contrast: float, speckle_area: int, threads: int
+) -> Callable[[UInt8, UInt8, Float32], Float32]:
+    """Return the fastest form of the gate that is there; all do the same."""
+    if not COMPILED:
+        return partial(gate, agreement=agreement, contrast=contrast, speckle_area=speckle_area)
+    return NativeGate(
+        agreement=agreement, contrast=contrast, speckle_area=speckle_area, threads=threads
+    )
 
 
 def _count_valid(disparity: Float32) -> tuple[int, int]:
