@@ -152,7 +152,7 @@ class GroundSearch(Table):
         1.5, "1-sigma of roll and pitch with a tilt reading [deg]", low=0.01, high=45.0
     )
     tilt_noise_deg: float = setting(
-        0.25, "1-sigma of the tilt reading against gravity itself [deg]", low=0.0, high=45.0
+        0.2, "1-sigma of the tilt reading against gravity itself [deg]", low=0.0, high=45.0
     )
     unevenness: float = setting(0.01, "height of bumps that are still floor [m]", low=0.0, high=0.5)
     steepest_deg: float = setting(

@@ -14,7 +14,7 @@ from bearcub.messages import DisparityMap, Ground, Tilt
 from bearcub.rig.model import Mount
 
 _OTHER_HEIGHT = 1.0  # sigmas off the mounted height that tell another plane
-_PULL = 0.85  # bias of a floor's disparity at the horizon [px], over the square of the noise
+_PULL = 0.75  # bias of a floor's disparity at the horizon [px], over the square of the noise
 _CAUTION = 1.5  # times the variance that errors show, by which the plane is trusted
 _STEEPER = math.radians(6.0)  # than a way may be, and still measured as ground
 _UPSIDE_DOWN = 0.2  # share of the image that a floor at its top must cover, unlike a ceiling

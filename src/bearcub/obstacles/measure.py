@@ -29,7 +29,9 @@ _STRAIGHT = 5  # directions of a thing that tell whether it is straight, at leas
 _ON_LINE = 0.02  # how far off a line a direction may be, share of its range
 _MOST = 0.6  # share of the directions that a line must have
 _EDGE = 1.0  # 1-sigma of where a side is [px]
-_BLURRED = 0.04  # 1-sigma of a width, share of it: feet and tapers that the floor's noise hides
+_MIDDLE = 0.55  # ... of the middle between two, as a share of it: their errors are alike
+_TOP_FACE = 1.6  # times the noise that a top face seen from above is thick, as is the top
+_BLURRED = 0.02  # 1-sigma of a width, share of it: tapers
 MARGIN = 6  # rows and columns at the image's border that a matcher may lose [px]
 _BLOCK = 25.0  # neighbouring pixels of a matcher that err together
 
@@ -161,12 +163,14 @@ def measure(
         ground=lift,
         climb=math.nan if witnessed and risen - lift > RISEN * (high - lift) else _climb(cloud),
         sigma_distance=sigma_distance,
-        sigma_bearing=edge / math.sqrt(2),
+        sigma_bearing=_MIDDLE * edge,
         sigma_width=math.hypot(
             math.sqrt(2) * edge * distance, width * spread / d_near, _BLURRED * width
         ),
         # a visible top face is as thick as its noise, and ends higher for it
-        sigma_top=math.hypot(edge * distance, drop * spread, fattening * row, 2 * drop * noise),
+        sigma_top=math.hypot(
+            edge * distance, drop * spread, fattening * row, _TOP_FACE * drop * noise
+        ),
     )
 
 

@@ -44,6 +44,7 @@ _SURE_FOOT = 2.0  # ... for one whose foot is lost in the tolerance
 _SURE_STRAY = 2.5  # ... for what is as small or sparse as stray matches in the air are
 _WITNESSED = 2 / 3  # of the sigmas will do where the images can be asked
 _TRIMMED = 0.25  # past a silhouette lies the column in which trimming ends, on average [px]
+_FEET = 0.4  # 1-sigma of how much wider a thing is at its foot, share of the height that is hidden
 _GOES_ON = 0.5  # 1-sigma of how far a thing goes on where nothing is matched, share of the columns
 _REFINED = 4.0  # half the window in which a matched map was refined [px]
 _SMALL = 400  # pixels of a thing that may be mixed ones
@@ -317,6 +318,7 @@ class ObstacleStage:
             witnessed=witnessed,
         )
         hidden = frame.ground.height * median(frame.sorter.tolerance_at(u, v) / d[v, u])
+        extent = replace(extent, sigma_width=math.hypot(extent.sigma_width, _FEET * hidden))
         least = _SURE
         if self._hangs(extent, hidden):
             below_the_image = int(v.max()) >= d.shape[0] - MARGIN
