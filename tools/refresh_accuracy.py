@@ -42,9 +42,9 @@ takes a small part of the simulated frames and fails when a figure falls below i
   of empty floor where we have none: our tolerance, and the second look at the images, ask for
   more evidence than noisy pictures give. What is not believed shows as unseen ground, which is
   not free.
-* **Low and narrow things** stand half a pixel of disparity above the floor in the mean, and matchers
-  smooth them away: they are found in the images themselves. What is as bright as the floor is
-  still missed (mostly on grass, and in dusk), and nothing is told where too little floor was
+* **Low and narrow things** stand half a pixel of disparity above the floor in the mean, and
+  matchers smooth them away: they are found in the images themselves. What is as bright as the floor
+  is still missed (mostly on grass, and in dusk), and nothing is told where too little floor was
   matched around. Of a kerb that is not matched the nearest part that the images show is told; it
   counts as false where it lies aside.
 * **Holes**: by noon and in low sun nine in ten are found, under an overcast sky seven, in dusk a

@@ -97,6 +97,15 @@ def test_cars_that_are_parked_in_a_row_stay_apart() -> None:
     assert len(joined([near, far], low=0.35)) == 2
 
 
+def test_a_sliver_that_a_matcher_leaves_close_behind_a_surface_is_its() -> None:
+    wall = upright(right=-0.6, left=0.6, ahead=1.2)
+    sliver = upright(right=-0.3, left=-0.28, ahead=1.35)
+    (whole,) = joined([wall, sliver], low=0.35)
+    assert whole.extent.distance == pytest.approx(1.2)
+    thing = upright(right=-0.3, left=-0.1, ahead=1.35)
+    assert len(joined([wall, thing], low=0.35)) == 2
+
+
 def test_a_foot_moves_a_bank_nearer_and_not_wider() -> None:
     bank = upright(right=-2.0, left=2.0, top=0.6)
     foot = upright(right=-0.5, left=0.5, ahead=3.7, top=0.12)

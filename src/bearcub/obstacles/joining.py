@@ -9,6 +9,7 @@ _PIECE = 0.5  # most of a thing's width that its foot or ledge has
 _AHEAD = (0.4, 0.12)  # how far before or behind it a foot may lie [m], share of the distance
 _APART = math.radians(1.0)  # most that the pieces of a surface are apart
 _BESIDE = (0.1, 0.02)  # how far before or behind it a piece may lie [m], share of the distance
+_SLIVER = 0.05  # most of a surface's width that what a matcher leaves over of it has
 _LEAST_SLANT = 0.5  # sine of the least angle under which a surface is taken to be seen
 _ABOVE = 0.1  # how far above another a piece of the same surface may begin [m]
 
@@ -106,7 +107,8 @@ def _continues(piece: Extent, whole: Extent) -> bool:
     there = _range_at(whole, at)
     apart = _slant(whole, there) * abs(_range_at(piece, at) - there)
     noise = 2 * math.hypot(piece.sigma_distance, whole.sigma_distance)
-    return apart < _beside(there) + noise
+    slack = 2 if piece.width < _SLIVER * whole.width else 1
+    return apart < slack * _beside(there) + noise
 
 
 def _range_at(extent: Extent, bearing: float) -> float:
