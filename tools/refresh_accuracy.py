@@ -33,10 +33,11 @@ takes a small part of the simulated frames and fails when a figure falls below i
 ## What is missed, and why
 
 * **Disparity to answer without the native core** takes 7 to 9 ms on one core at 640 x 480 in the
-  fast spells of a shared virtual machine, 10 to 13 ms in its slow ones (8 were promised); with it
-  4 to 5 ms in the fast ones (`bearcub bench`), 0.08 to 0.10 of what OpenCV's SGBM 3WAY takes there
-  in the same run.
-* **Recall of large obstacles** (93 %): in dusk 79 % of them are found, in any other light 95 to
+  fast spells of a shared virtual machine, 10 to 13 ms in its slow ones (`bearcub bench`), always
+  0.12 to 0.16 of what OpenCV's SGBM 3WAY takes there in the same run; the 8 ms that were promised
+  are 0.19 to 0.21 of it on the machine that they were promised for. With the core it takes 4 to
+  5 ms, and 6 to 8 ms in the slowest spells.
+* **Recall of large obstacles** (94 %): in dusk 79 % of them are found, in any other light 95 to
   99 %; the rest are mostly thin dark plates and lying pieces beyond 6 m. The baselines find 93 to
   98 % of the large ones in the same disparity, with 325 to 3,100 false obstacles in 1,000 frames
   of empty floor where we have none: our tolerance, and the second look at the images, ask for
