@@ -87,14 +87,19 @@ std::tuple<std::vector<std::array<double, 4>>, std::vector<int>, double> follow(
     return {bins, followed.parts, followed.end};
 }
 
+Surface surface_of(const std::array<float, 3>& plane, const Row<const float>& bend,
+                   const Row<const float>& tolerance) {
+    return {plane[0], plane[1], plane[2], bend.data(), tolerance.data(),
+            static_cast<int>(bend.shape(0))};
+}
+
 void sort(const Map& map, const std::array<float, 3>& plane, const Row<const float>& bend,
           const Row<const float>& tolerance, float farthest_level, const std::array<int, 6>& part,
           const Grid<float>& disparity, const Grid<float>& floor, const Grid<float>& residual,
           const Grid<float>& allowed, const Grid<bool>& standing, const Grid<bool>& on_floor,
           const Grid<bool>& below) {
     const auto& [top, left, down, right, rows, columns] = part;
-    const Surface surface{plane[0], plane[1], plane[2], bend.data(), tolerance.data(),
-                          static_cast<int>(bend.shape(0))};
+    const Surface surface = surface_of(plane, bend, tolerance);
     const Sorted to{disparity.data(), floor.data(), residual.data(), allowed.data(),
                     standing.data(), on_floor.data(), below.data()};
     sort_pixels(disparity_of(map), surface, farthest_level, {top, left, down, right, rows, columns},
@@ -172,8 +177,7 @@ nb::tuple pixels(const Grid<const uint16_t>& labels, int step, int number,
     const auto& [first_row, first_column, last_row, last_column] = window;
     const Labels thing{labels.data(), static_cast<int>(labels.shape(1)), step,      number,
                        first_row,     first_column,                      last_row, last_column};
-    const Surface surface{plane[0], plane[1], plane[2], bend.data(), tolerance.data(),
-                          static_cast<int>(bend.shape(0))};
+    const Surface surface = surface_of(plane, bend, tolerance);
     Pair pair{};
     if (left && right) {
         pair = {image_of(*left), image_of(*right), static_cast<int>(right->shape(1)), offset};

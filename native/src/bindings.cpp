@@ -146,8 +146,8 @@ NB_MODULE(_native, m) {
                 new (self) Refiner(height, width, threads, *level_of(level).refine);
             },
             nb::kw_only(), "height"_a, "width"_a, "threads"_a, "level"_a.none())
-        .def("refine", &pass<Refiner, &Refiner::refine>, "left"_a, "right"_a, "disparity"_a,
-             "refined"_a);
+        .def("run", &pass<Refiner, &Refiner::refine>, "left"_a, "right"_a, "disparity"_a,
+             "answer"_a);
     nb::class_<Gate>(m, "Gate", "Which disparities of pairs of one shape are to be believed.")
         .def(
             "__init__",
@@ -159,7 +159,7 @@ NB_MODULE(_native, m) {
             },
             nb::kw_only(), "height"_a, "width"_a, "agreement"_a, "least"_a, "speckle_area"_a,
             "threads"_a, "level"_a.none())
-        .def("gate", &pass<Gate, &Gate::gate>, "left"_a, "right"_a, "disparity"_a, "gated"_a);
+        .def("run", &pass<Gate, &Gate::gate>, "left"_a, "right"_a, "disparity"_a, "answer"_a);
     nb::class_<Rectifier>(m, "Rectifier", "Rectification of pairs of one shape.")
         .def(
             "__init__",

@@ -50,12 +50,22 @@ Plane plane_of(const Lens& lens, double height, double pitch, double roll) {
     return {a, b, scale * std::sin(pitch) * lens.fx - a * lens.cx - b * lens.cy};
 }
 
+// The direction down to a plane in optical axes, as long as the baseline is over the height.
+struct Down {
+    double x, y, z;
+
+    Down(const Plane& plane, const Lens& lens)
+        : x(plane.a),
+          y(plane.b * lens.fy / lens.fx),
+          z((plane.c + plane.a * lens.cx + plane.b * lens.cy) / lens.fx) {}
+    double length() const { return std::sqrt(std::max(x * x + y * y + z * z, 1e-24)); }
+};
+
 // How far a plane is from the expected one, z squared; negative beyond the gates.
 double remoteness(const Plane& plane, const Lens& lens, const Expected& expected) {
-    const double x = plane.a, y = plane.b * lens.fy / lens.fx;
-    const double z = (plane.c + plane.a * lens.cx + plane.b * lens.cy) / lens.fx;
-    const double across = x * x + y * y;
-    const double norm = std::sqrt(std::max(across + z * z, 1e-24));
+    const Down down(plane, lens);
+    const auto [x, y, z] = down;
+    const double across = x * x + y * y, norm = down.length();
     const double log_height = std::log(lens.baseline / expected.height / norm);
     const double pitch = std::atan2(z, std::sqrt(across)) - expected.pitch;
     const double roll = std::atan2(x, y) - expected.roll;
@@ -332,11 +342,9 @@ std::optional<Fit> fit_plane(const Disparity& map, const Lens& lens, const Expec
     propose_all(area, lens, expected, tuning, scratch);
     const Proposal* const found = best(unevenness / expected.height, tuning, scratch);
     if (found == nullptr) return std::nullopt;
-    const Plane& plane = found->plane;
-    const double x = plane.a, y = plane.b * lens.fy / lens.fx;
-    const double z = (plane.c + plane.a * lens.cx + plane.b * lens.cy) / lens.fx;
-    const double height = lens.baseline / std::sqrt(x * x + y * y + z * z);
-    std::optional<Fit> fit = refine(plane, lens, expected, unevenness / height, tuning, scratch);
+    const Plane plane = found->plane;
+    const double bump = unevenness * Down(plane, lens).length() / lens.baseline;
+    std::optional<Fit> fit = refine(plane, lens, expected, bump, tuning, scratch);
     if (fit) fit->stride = stride;
     return fit;
 }

@@ -5,7 +5,7 @@
 namespace bearcub {
 namespace {
 
-constexpr float kSteps = 16;  // entries of tables per pixel of level or disparity
+constexpr float kSteps = 16;  // entries of the table of levels per pixel of disparity
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 bool stands(const Standing& grid, std::ptrdiff_t i) {
@@ -43,7 +43,8 @@ double seen_until(const char* seen, const Directions& way, double growth) {
 
 void sort_pixels(const Disparity& map, const Surface& surface, float farthest_level,
                  const Part& part, const Sorted& to) {
-    const int columns = part.columns, last = surface.entries - 1;
+    const int columns = part.columns;
+    const Surface floor_at = surface;  // a copy, which no output can change
     const float* const bend = surface.bend;
     const float* const tolerance = surface.tolerance;
     std::vector<int> entries(columns);
@@ -51,16 +52,15 @@ void sort_pixels(const Disparity& map, const Surface& surface, float farthest_le
     for (int row = 0; row < part.rows; ++row) {
         const int v = part.top + row * part.down;
         const std::ptrdiff_t start = static_cast<std::ptrdiff_t>(row) * columns;
-        const float a = surface.a, c = surface.c, of_row = surface.b * static_cast<float>(v);
+        const float of_row = floor_at.of_row(v);
         float* __restrict const d = to.disparity + start;
         float* __restrict const floor = to.floor + start;
         float* __restrict const residual = to.residual + start;
         float* __restrict const allowed = to.allowed + start;
         for (int i = 0; i < columns; ++i) {
-            const float level = (a * static_cast<float>(part.left + i * part.right) + c) + of_row;
+            const float level = floor_at.level(part.left + i * part.right, of_row);
             floor[i] = level;
-            const int scaled = static_cast<int>(level * kSteps + 0.5f);
-            entry[i] = scaled < 0 ? 0 : scaled > last ? last : scaled;
+            entry[i] = floor_at.entry(level);
         }
         const float* const from = map.data + v * map.down + part.left * map.right;
         const std::ptrdiff_t right = part.right * map.right;

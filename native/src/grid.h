@@ -15,6 +15,13 @@ struct Surface {
     float a, b, c;  // of the level, a u + b v + c
     const float *bend, *tolerance;  // by sixteenths of a pixel of level
     int entries;
+
+    float level(int u, float of_row) const { return (a * static_cast<float>(u) + c) + of_row; }
+    float of_row(int v) const { return b * static_cast<float>(v); }
+    int entry(float level) const {
+        const int scaled = static_cast<int>(level * 16 + 0.5f), last = entries - 1;
+        return scaled < 0 ? 0 : scaled > last ? last : scaled;
+    }
 };
 
 // Every `down`-th row from `top` on, every `right`-th column from `left` on.

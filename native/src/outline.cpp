@@ -24,7 +24,8 @@ void mark(const Labels& labels, const Disparity& map, const Surface& surface, fl
                labels.data[static_cast<std::ptrdiff_t>(row) * labels.columns + column] ==
                    labels.number;
     };
-    const int last = surface.entries - 1, step = labels.step, more = step > 1;
+    const int step = labels.step;
+    const bool more = step > 1;
     for (int i = 0; i < window.rows; ++i) {
         const int row = labels.top + i / step;
         uint8_t* const to = mask + static_cast<std::size_t>(i) * window.columns;
@@ -42,13 +43,13 @@ void mark(const Labels& labels, const Disparity& map, const Surface& surface, fl
     }
     for (int i = 0; i < window.rows; ++i) {
         const int v = window.top + i;
-        const float of_row = surface.b * static_cast<float>(v);
+        const float of_row = surface.of_row(v);
         uint8_t* const to = mask + static_cast<std::size_t>(i) * window.columns;
         for (int j = 0; j < window.columns; ++j) {
             if (!to[j]) continue;
             const int u = window.left + j;
-            const float level = (surface.a * static_cast<float>(u) + surface.c) + of_row;
-            const int entry = std::min(std::max(static_cast<int>(level * 16 + 0.5f), 0), last);
+            const float level = surface.level(u, of_row);
+            const int entry = surface.entry(level);
             const float d = map.at(v, u);
             to[j] = d - (level + surface.bend[entry]) > surface.tolerance[entry] && d <= nearest &&
                     d >= farthest;

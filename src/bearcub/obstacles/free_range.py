@@ -1,6 +1,7 @@
 """How far the way is free in each direction, and what ends it."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,8 +73,18 @@ def free_range(
     standing = [o for o in obstacles if not o.base_height > clearance]
     blocks = np.zeros(len(obstacles) + 1, dtype=bool)
     blocks[[o.id for o in standing]] = True
-    find = _ends_compiled if compiled else _ends_in_numpy
-    seen, things, holes = find(sorting, painter, view, bearings, step, blocks, farthest)
+    stride = max(1, int(math.sqrt(sorting.on_floor.size / _PIXELS)))
+    look = _Look(
+        sorting=sorting,
+        stride=stride,
+        labels=painter.sampled(stride),
+        view=view,
+        bearings=bearings,
+        step=step,
+        blocks=blocks,
+        farthest=farthest,
+    )
+    seen, things, holes = (_ends_compiled if compiled else _ends_in_numpy)(look)
     things = np.minimum(things, _narrow_things(standing, bearings, step))
     ends: list[float] = seen.tolist()
     for what, hits in ((Limit.OBSTACLE, things), (Limit.HOLE, holes)):
@@ -120,37 +131,40 @@ def _narrow_things(things: list[Obstacle], bearings: Float64, step: float) -> Fl
 _Ends = tuple[Float64, Float64, Float64]
 
 
-def _grid(sorting: Sorting, painter: Painter) -> tuple[int, Int32]:
-    """Return the step at which the grid is looked at, and what its pixels are."""
-    stride = max(1, int(math.sqrt(sorting.on_floor.size / _PIXELS)))
-    return stride, painter.sampled(stride)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Look:
+    """What is looked at, and where.
+
+    Every `stride`-th pixel of the grid, with its label; directions `step` apart; `blocks` tells of
+    every label whether it is in the way.
+    """
+
+    sorting: Sorting
+    stride: int
+    labels: Int32
+    view: View
+    bearings: Float64
+    step: float
+    blocks: Bool
+    farthest: float
 
 
-def _ends_compiled(
-    sorting: Sorting,
-    painter: Painter,
-    view: View,
-    bearings: Float64,
-    step: float,
-    blocks: Bool,
-    farthest: float,
-) -> _Ends:
-    stride, labels = _grid(sorting, painter)
-    grid = np.s_[::stride, ::stride]
+def _ends_compiled(look: _Look) -> _Ends:
+    sorting, grid = look.sorting, np.s_[:: look.stride, :: look.stride]
     seen, things, holes = core.find_ends(
         sorting.disparity[grid],
         sorting.floor[grid],
         sorting.on_floor[grid],
-        labels,
-        sorting.u[::stride].copy(),
-        sorting.v[::stride].copy(),
-        *view.numbers,
-        float(bearings[0]),
-        step,
-        len(bearings),
-        blocks,
+        look.labels,
+        sorting.u[:: look.stride].copy(),
+        sorting.v[:: look.stride].copy(),
+        *look.view.numbers,
+        float(look.bearings[0]),
+        look.step,
+        len(look.bearings),
+        look.blocks,
         _NEAREST,
-        farthest,
+        look.farthest,
         _CELLS,
         _GAP,
         _HITS,
@@ -158,42 +172,32 @@ def _ends_compiled(
     return np.array(seen), np.array(things), np.array(holes)
 
 
-def _ends_in_numpy(
-    sorting: Sorting,
-    painter: Painter,
-    view: View,
-    bearings: Float64,
-    step: float,
-    blocks: Bool,
-    farthest: float,
-) -> _Ends:
+def _ends_in_numpy(look: _Look) -> _Ends:
     """Return the ranges [m] to which floor is seen and at which things and holes begin."""
-    count = len(bearings)
-    sector, reach, label = _pixels(sorting, painter, view, float(bearings[0]), step, count)
-    thing, hole = blocks.take(np.maximum(label, 0)), label < 0
+    count = len(look.bearings)
+    sector, reach, label = _pixels(look)
+    thing, hole = look.blocks.take(np.maximum(label, 0)), label < 0
     return (
-        _seen_until(sector, reach, label == 0, count, farthest),
+        _seen_until(sector, reach, label == 0, count, look.farthest),
         _first_hits(sector[thing], reach[thing], count),
         _first_hits(sector[hole], reach[hole], count),
     )
 
 
-def _pixels(
-    sorting: Sorting, painter: Painter, view: View, first: float, step: float, count: int
-) -> tuple[Index, Float64, Index]:
+def _pixels(look: _Look) -> tuple[Index, Float64, Index]:
     """Return direction, range [m] and label of a grid of pixels: of floor, things and holes."""
-    stride, labels = _grid(sorting, painter)
-    grid = np.s_[::stride, ::stride]
+    sorting, labels = look.sorting, look.labels
+    grid = np.s_[:: look.stride, :: look.stride]
     measured = sorting.disparity[grid]
     index = np.flatnonzero((sorting.on_floor[grid] | (labels != 0)) & (measured > 0))
     label = labels.ravel()[index].astype(np.int64)
     # a hole begins where its floor is missing, not where the line of sight ends in it
     d = np.where(label < 0, sorting.floor[grid].ravel()[index], measured.ravel()[index])
     v, u = np.divmod(index, labels.shape[1])
-    u, v = sorting.u[::stride][u], sorting.v[::stride][v]
-    x, y, _ = view.points(u.astype(np.float32), v.astype(np.float32), d)
-    sector = np.rint((np.arctan2(y, x) - first) / step).astype(np.int64)
-    inside = (sector >= 0) & (sector < count)
+    u, v = sorting.u[:: look.stride][u], sorting.v[:: look.stride][v]
+    x, y, _ = look.view.points(u.astype(np.float32), v.astype(np.float32), d)
+    sector = np.rint((np.arctan2(y, x) - float(look.bearings[0])) / look.step).astype(np.int64)
+    inside = (sector >= 0) & (sector < len(look.bearings))
     return sector[inside], np.sqrt(x * x + y * y)[inside], label[inside]
 
 

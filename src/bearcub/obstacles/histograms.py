@@ -156,8 +156,7 @@ def _in_numpy(
     tall: float,
     overhead: float,
 ) -> Cells:
-    inside = sorting.standing & (sorting.disparity >= span[0]) & (sorting.disparity <= span[1])
-    index = np.flatnonzero(inside)
+    index = np.flatnonzero(sorting.between(*span))
     d = sorting.disparity.ravel().take(index)
     columns = np.arange(sorting.standing.shape[1], dtype=np.int32)
     column = (columns[None, :] - shift[:, None] + shift.max()).ravel().take(index)

@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bearcub.geometry import Float64
 from bearcub.ground.surface import Surface
@@ -34,9 +33,6 @@ _TOP_FACE = 1.6  # times the noise that a top face seen from above is thick, as 
 _BLURRED = 0.02  # 1-sigma of a width, share of it: tapers
 MARGIN = 6  # rows and columns at the image's border that a matcher may lose [px]
 _BLOCK = 25.0  # neighbouring pixels of a matcher that err together
-
-
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,32 +124,25 @@ def measure(
     weight = pixels / len(u)
     cloud = cloud_of(view, u, v, disparity, compiled=compiled)
     pixel = 1.0 / view.projection.fx
-    right, left, narrow = _sides(cloud, stride * pixel, pixel=pixel, fringe=fringe)
-    focal = view.projection.fx * view.projection.baseline
-    ranges, bearings, counts = _near_face(cloud, right, left, pixel, noise / focal)
-    nearest = ranges.index(min(ranges))
-    distance = ranges[nearest] - _to_the_point(ranges, nearest)
-    d_near = focal / max(distance, 1e-6)
-    spread = math.sqrt(noise**2 * _BLOCK / max(weight * counts[nearest], _BLOCK) + bias**2)
-    sigma_distance = distance * spread / d_near
-    width = 0.0 if narrow else _chord(ranges, left - right)
-    range_right, range_left = _ends_of_face(ranges, bearings, right, left)
+    face = _face(cloud, view, weight=weight, stride=stride, noise=noise, bias=bias, fringe=fringe)
+    distance, width, spread = face.distance, face.width, face.spread
+    sigma_distance = distance * spread / face.disparity
     edge = math.hypot(_EDGE, 0.5 * fringe) * pixel
     row = cloud.range(0.5) * pixel
     low, high = _heights(cloud, row, stride=stride, fattening=fattening)
-    lift = surface.lift(_BEFORE * d_near)
+    lift = surface.lift(_BEFORE * face.disparity)
     risen = cloud.height_before(distance + _STEP + 3 * sigma_distance, 0.9)
     risen = low if math.isnan(risen) else risen
-    drop = abs(view.origin[2] - high) / d_near  # of height, by a pixel of disparity
+    drop = abs(view.origin[2] - high) / face.disparity  # of height, by a pixel of disparity
     return Extent(
-        x=distance * math.cos(bearings[nearest]),
-        y=distance * math.sin(bearings[nearest]),
+        x=distance * math.cos(face.nearest),
+        y=distance * math.sin(face.nearest),
         distance=distance,
-        bearing=0.5 * (right + left),
-        right=right,
-        left=left,
-        range_right=range_right,
-        range_left=range_left,
+        bearing=0.5 * (face.right + face.left),
+        right=face.right,
+        left=face.left,
+        range_right=face.range_right,
+        range_left=face.range_left,
         width=width,
         top=high - lift,
         bottom=low + fattening * row - lift,
@@ -165,12 +154,63 @@ def measure(
         sigma_distance=sigma_distance,
         sigma_bearing=_MIDDLE * edge,
         sigma_width=math.hypot(
-            math.sqrt(2) * edge * distance, width * spread / d_near, _BLURRED * width
+            math.sqrt(2) * edge * distance, width * spread / face.disparity, _BLURRED * width
         ),
         # a visible top face is as thick as its noise, and ends higher for it
         sigma_top=math.hypot(
             edge * distance, drop * spread, fattening * row, _TOP_FACE * drop * noise
         ),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Face:
+    """A thing as seen from above, see `Extent`.
+
+    `nearest` is the bearing of its nearest point, `disparity` the one there, `spread` its 1-sigma
+    [px].
+    """
+
+    right: float
+    left: float
+    range_right: float
+    range_left: float
+    width: float
+    distance: float
+    nearest: float
+    disparity: float
+    spread: float
+
+
+def _face(
+    cloud: Cloud,
+    view: View,
+    *,
+    weight: float,
+    stride: int,
+    noise: float,
+    bias: float,
+    fringe: float,
+) -> _Face:
+    """Return where a thing faces the camera; each of its pixels here stands for `weight`."""
+    pixel = 1.0 / view.projection.fx
+    right, left, narrow = _sides(cloud, stride * pixel, pixel=pixel, fringe=fringe)
+    focal = view.projection.fx * view.projection.baseline
+    ranges, bearings, counts = _near_face(cloud, right, left, pixel, noise / focal)
+    nearest = ranges.index(min(ranges))
+    distance = ranges[nearest] - _to_the_point(ranges, nearest)
+    range_right, range_left = _ends_of_face(ranges, bearings, right, left)
+    together = max(weight * counts[nearest], _BLOCK)
+    return _Face(
+        right=right,
+        left=left,
+        range_right=range_right,
+        range_left=range_left,
+        width=0.0 if narrow else _chord(ranges, left - right),
+        distance=distance,
+        nearest=bearings[nearest],
+        disparity=focal / max(distance, 1e-6),
+        spread=math.sqrt(noise**2 * _BLOCK / together + bias**2),
     )
 
 

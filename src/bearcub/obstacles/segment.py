@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bearcub.geometry import Projection
-from bearcub.messages import Bool
 from bearcub.obstacles.histograms import level_centres, to_cells
 from bearcub.obstacles.peaks import PeakFinder
 from bearcub.obstacles.sorting import Sorter, Sorting
@@ -123,13 +122,7 @@ class Segments:
             grown = np.asarray(cv2.dilate(labels, _TO_LEFT_ABOVE, anchor=(0, 0)), dtype=np.uint16)
             labels = grown.repeat(self.step, axis=0).repeat(self.step, axis=1)
         height, width = part.standing.shape
-        return labels[:height, :width] * self.inside(part)
-
-    def inside(self, part: Sorting) -> Bool:
-        """Return which pixels of `part` could belong to a thing."""
-        near, far = part.disparity <= self.nearest_level, part.disparity >= self.farthest_level
-        found: Bool = part.standing & near & far
-        return found
+        return labels[:height, :width] * part.between(self.farthest_level, self.nearest_level)
 
     def _all_of_compiled(
         self, k: int, u: Index, v: Index, sorter: Sorter, trim: Trimmer | None

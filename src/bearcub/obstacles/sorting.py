@@ -39,6 +39,11 @@ class Sorting:
     on_floor: Bool
     below: Bool
 
+    def between(self, farthest: float, nearest: float) -> Bool:
+        """Return which pixels stand and have a disparity from one to the other [px]."""
+        found: Bool = self.standing & (self.disparity <= nearest) & (self.disparity >= farthest)
+        return found
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sorter:

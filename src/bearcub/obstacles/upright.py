@@ -88,6 +88,10 @@ class _Window:
     u, v : ndarray of int64, shape (H, W)
         Columns and rows, every `step`-th [px].
     step : int
+    ahead : ndarray of float64, shape (3,)
+        Of the disparity of an upright surface across the way, but for its scale ...
+    upright : ndarray of float64, shape (H, W)
+        ... and that itself.
     known : ndarray of bool
         Which of them both images show.
     left, floor : ndarray of float32
@@ -104,6 +108,8 @@ class _Window:
     u: Index
     v: Index
     step: int
+    ahead: Float64
+    upright: Float64
     known: Bool
     left: Float32
     floor: Float32
@@ -225,10 +231,13 @@ class Scene:
         right *= np.float32(left[known].mean() / max(float(_at(right, at, row)[known].mean()), 1.0))
         misfit = np.stack([(left - _at(right, at - np.float32(off), row)) ** 2 for off in _OFF])
         variance = median(misfit[len(_OFF) // 2][known]) / _MEDIAN_SQUARE + _ROUNDING
+        ahead = self._ahead()
         return _Window(
             u=u,
             v=v,
             step=step,
+            ahead=ahead,
+            upright=ahead[0] * u + ahead[1] * v + ahead[2],
             known=known,
             left=left,
             floor=floor,
@@ -240,10 +249,10 @@ class Scene:
 
     def _claim(self, window: _Window, foot: Foot, row: int) -> _Claim:
         """Return the likeliest rectangle that stands on a row, below or above a foot."""
-        a, b, c = self._ahead()
+        a, b, c = window.ahead
         level = float(self.surface.at(np.array(foot.u), np.array(row)))
         share = level / (a * foot.u + b * row + c)
-        disparity = (share * (a * window.u + b * window.v + c)).astype(np.float32)
+        disparity = (share * window.upright).astype(np.float32)
         at = window.u.astype(np.float32) - (disparity - np.float32(self.offset))
         alive = window.known & (disparity > window.floor) & (at >= 0)
         misfit = (window.left - _at(window.right, at, window.row)) ** 2

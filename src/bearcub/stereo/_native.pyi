@@ -281,7 +281,16 @@ class Rectifier:
         rectified_right: NDArray[np.uint8],
     ) -> None: ...
 
-class Gate:
+class _Stage:
+    def run(
+        self,
+        left: NDArray[np.uint8],
+        right: NDArray[np.uint8],
+        disparity: NDArray[np.float32],
+        answer: NDArray[np.float32],
+    ) -> None: ...
+
+class Gate(_Stage):
     def __init__(
         self,
         *,
@@ -293,20 +302,6 @@ class Gate:
         threads: int,
         level: str | None,
     ) -> None: ...
-    def gate(
-        self,
-        left: NDArray[np.uint8],
-        right: NDArray[np.uint8],
-        disparity: NDArray[np.float32],
-        gated: NDArray[np.float32],
-    ) -> None: ...
 
-class Refiner:
+class Refiner(_Stage):
     def __init__(self, *, height: int, width: int, threads: int, level: str | None) -> None: ...
-    def refine(
-        self,
-        left: NDArray[np.uint8],
-        right: NDArray[np.uint8],
-        disparity: NDArray[np.float32],
-        refined: NDArray[np.float32],
-    ) -> None: ...

@@ -6,6 +6,7 @@ when that was installed; `reason_missing` tells whether it is.
 
 import math
 from dataclasses import asdict, dataclass
+from functools import partial
 from typing import Any, TypeVar
 
 import cv2
@@ -222,7 +223,25 @@ class NativeMatcher(SearchingMatcher):
         return self._core
 
 
-class NativeRefinement:
+class _OfOneShape:
+    """A stage of the core that turns one disparity map into another, made anew for another size."""
+
+    def __init__(self, stage: str, *, threads: int, level: str | None, **settings: float) -> None:
+        _check_core(threads=threads, level=level)
+        self._make = partial(getattr(core, stage), threads=threads, level=level, **settings)
+        self._core: Any = None
+        self._shape: tuple[int, ...] = ()
+
+    def _pass(self, left: UInt8, right: UInt8, disparity: Float32) -> Float32:
+        if self._core is None or left.shape != self._shape:
+            height, width = self._shape = left.shape
+            self._core = self._make(height=height, width=width)
+        passed = np.empty(disparity.shape, dtype=np.float32)
+        self._core.run(_in_rows(left), _in_rows(right), np.ascontiguousarray(disparity), passed)
+        return passed
+
+
+class NativeRefinement(_OfOneShape):
     """`bearcub.stereo.refine.refine`, compiled: the same to a thousandth of a pixel.
 
     Its answer is the same to the bit on every instruction set and for any number of threads.
@@ -241,25 +260,14 @@ class NativeRefinement:
     """
 
     def __init__(self, *, threads: int = 1, level: str | None = None) -> None:
-        _check_core(threads=threads, level=level)
-        self._threads = threads
-        self._level = level
-        self._core: _native.Refiner | None = None
-        self._shape: tuple[int, ...] = ()
+        super().__init__("Refiner", threads=threads, level=level)
 
     def __call__(self, left: UInt8, right: UInt8, disparity: Float32) -> Float32:
         """Return the disparity, sharpened; see `bearcub.stereo.refine.refine`."""
-        if self._core is None or left.shape != self._shape:
-            height, width = self._shape = left.shape
-            self._core = core.Refiner(
-                height=height, width=width, threads=self._threads, level=self._level
-            )
-        refined = np.empty(disparity.shape, dtype=np.float32)
-        self._core.refine(_in_rows(left), _in_rows(right), np.ascontiguousarray(disparity), refined)
-        return refined
+        return self._pass(left, right, disparity)
 
 
-class NativeGate:
+class NativeGate(_OfOneShape):
     """`bearcub.stereo.gates.gate`, compiled: the same to the bit.
 
     Parameters
@@ -286,25 +294,18 @@ class NativeGate:
         threads: int = 1,
         level: str | None = None,
     ) -> None:
-        _check_core(threads=threads, level=level)
-        self._settings: dict[str, Any] = {
-            "agreement": agreement,
-            "least": 2 * contrast**2,  # of the squared gradients of both images
-            "speckle_area": max(speckle_area // 4, 1) - 1,  # that goes, at half the size
-            "threads": threads,
-            "level": level,
-        }
-        self._core: _native.Gate | None = None
-        self._shape: tuple[int, ...] = ()
+        super().__init__(
+            "Gate",
+            threads=threads,
+            level=level,
+            agreement=agreement,
+            least=2 * contrast**2,  # of the squared gradients of both images
+            speckle_area=max(speckle_area // 4, 1) - 1,  # that goes, at half the size
+        )
 
     def __call__(self, left: UInt8, right: UInt8, disparity: Float32) -> Float32:
         """Return what of the disparity is to be believed; see `bearcub.stereo.gates.gate`."""
-        if self._core is None or left.shape != self._shape:
-            height, width = self._shape = left.shape
-            self._core = core.Gate(height=height, width=width, **self._settings)
-        gated = np.empty(disparity.shape, dtype=np.float32)
-        self._core.gate(_in_rows(left), _in_rows(right), np.ascontiguousarray(disparity), gated)
-        return gated
+        return self._pass(left, right, disparity)
 
 
 class NativeRemap:
