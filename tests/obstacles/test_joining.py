@@ -97,6 +97,29 @@ def test_cars_that_are_parked_in_a_row_stay_apart() -> None:
     assert len(joined([near, far], low=0.35)) == 2
 
 
+def test_two_ends_on_one_line_are_one_thing_where_its_middle_is_out_of_sight() -> None:
+    front = board((3.4, -2.7), (3.8, -2.7))  # seven degrees of flank from the tail
+    tail = board((4.8, -2.7), (7.4, -2.7))
+    assert len(joined([front, tail], low=0.35)) == 2
+    (car,) = joined([front, tail], low=0.35, unseen=lambda one, other: True)
+    assert (car.extent.right, car.extent.left) == (front.extent.right, tail.extent.left)
+    assert len(joined([front, tail], low=0.35, unseen=lambda one, other: False)) == 2
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        board((3.0, -2.3), (3.4, -2.3)),  # 40 cm off the line
+        board((2.2, -2.7), (2.4, -2.7)),  # farther away than the tail is long
+        board((3.4, -2.7), (3.8, -2.7), top=0.2),  # a kerb
+        board((3.4, -2.7), (3.8, -2.7), top=2.0, bottom=1.5),  # hangs
+    ],
+)
+def test_what_is_no_other_end_stays_apart_though_nothing_is_seen_between(other: Thing) -> None:
+    tail = board((4.8, -2.7), (7.4, -2.7))
+    assert len(joined([other, tail], low=0.35, unseen=lambda one, other: True)) == 2
+
+
 def test_a_sliver_that_a_matcher_leaves_close_behind_a_surface_is_its() -> None:
     wall = upright(right=-0.6, left=0.6, ahead=1.2)
     sliver = upright(right=-0.3, left=-0.28, ahead=1.35)

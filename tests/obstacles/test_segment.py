@@ -11,10 +11,14 @@ from bearcub.obstacles.sorting import Sorting
 CAMERA = Projection(fx=200.0, fy=200.0, cx=119.5, cy=59.5, baseline=0.1)
 
 
-def grouped(disparity: Float32) -> Segments:
-    """Group everything that is nearer than a floor of 2 px; the camera is 1 m up."""
+def grouped(disparity: Float32, *, overhead: int = 0) -> Segments:
+    """Group everything that is nearer than a floor of 2 px; the camera is 1 m up.
+
+    What rises into the uppermost `overhead` rows is higher than what blocks the way.
+    """
     rows, columns = disparity.shape
     floor = np.full_like(disparity, 2.0)
+    floor[:overhead] = -20.0
     sorting = Sorting(
         u=np.arange(columns),
         v=np.arange(rows),
@@ -86,3 +90,14 @@ def test_step_in_height_does_not_part_a_thing() -> None:
 
 def test_nothing_that_stands_is_no_thing() -> None:
     assert grouped(boards()).count == 0
+
+
+@pytest.mark.parametrize(("last", "joined"), [(45, True), (30, False)])
+def test_what_hangs_overhead_is_a_things_only_where_it_is_not_far_above(
+    *, last: int, joined: bool
+) -> None:
+    d = boards((20, 60, 40))
+    d[last - 15 : last, 30:50] = 8.0  # 15 or 30 rows above 40 rows of a thing
+    found = grouped(d, overhead=50)
+    assert (found.labels[last - 8, 40] == found.labels[80, 40]) == joined
+    assert found.labels[last - 8, 40] != 0

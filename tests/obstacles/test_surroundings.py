@@ -9,7 +9,7 @@ import pytest
 from bearcub.messages import Float32, Ground
 from bearcub.obstacles.segment import Member
 from bearcub.obstacles.sorting import Sorter
-from bearcub.obstacles.surroundings import goes_on_below, unseen_beside
+from bearcub.obstacles.surroundings import goes_on_below, unseen_beside, unseen_between
 
 LEVEL = 8.0  # of the thing [px]; the floor has it in row 100
 FOUND = slice(40, 70)  # rows in which it was found
@@ -80,3 +80,25 @@ def test_what_the_right_image_does_not_show_beside_a_thing_makes_it_no_wider() -
 def test_a_thing_at_the_image_border_has_nothing_beside_it() -> None:
     d = np.full((40, 100), 10.0, dtype=np.float32)
     assert unseen_beside(d, (0, 10, 99, 29), 10.0) == (0.0, 0.0)
+
+
+ONE, OTHER = (10, 20, 29, 59), (60, 30, 79, 69)  # with columns 30 to 59 and rows 30 to 59 between
+
+
+@pytest.mark.parametrize(
+    ("own", "behind", "out_of_sight"),
+    [
+        (8, 0, True),
+        (8, 1, False),  # an eighth of what is matched lies behind
+        (15, 0, False),  # the half is matched
+        (0, 0, False),  # nothing tells whether it goes on
+    ],
+)
+def test_middle_of_a_thing_is_out_of_sight_where_little_is_matched_and_nothing_behind(
+    *, own: int, behind: int, out_of_sight: bool
+) -> None:
+    d = np.full((100, 100), np.nan, dtype=np.float32)
+    d[30:60, 30 : 30 + own] = 8.0
+    d[30:60, 59 : 59 - behind : -1] = 2.0
+    assert unseen_between(d, ONE, OTHER, farthest=7.0) == out_of_sight
+    assert unseen_between(d, OTHER, ONE, farthest=7.0) == out_of_sight

@@ -85,8 +85,8 @@ class Cells:
     tall, overhead : ndarray of bool
         Higher than what is low; than what blocks the way.
     scale : Levels
-    width : int
-        Columns of the histogram.
+    width, across : int
+        Columns of the histogram, and of the grid.
     """
 
     index: Index
@@ -96,6 +96,7 @@ class Cells:
     overhead: Bool
     scale: Levels
     width: int
+    across: int
 
 
 def to_cells(
@@ -145,6 +146,7 @@ def to_cells(
         overhead=truths[1],
         scale=scale,
         width=width,
+        across=sorting.standing.shape[1],
     )
 
 
@@ -170,6 +172,7 @@ def _in_numpy(
         overhead=d * np.float32(overhead) > floor,
         scale=scale,
         width=width,
+        across=sorting.standing.shape[1],
     )
 
 

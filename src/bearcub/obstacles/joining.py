@@ -1,6 +1,7 @@
 """Whole things from the pieces that grouping leaves of them."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from bearcub.obstacles.measure import Extent
@@ -36,18 +37,22 @@ class Thing:
     numbers: tuple[int, ...]
 
 
-def joined(pieces: list[Thing], *, low: float) -> list[Thing]:
+def joined(
+    pieces: list[Thing], *, low: float, unseen: Callable[[Thing, Thing], bool] | None = None
+) -> list[Thing]:
     """Join pieces to whole things.
 
     The foot of a bank, or what the tolerance leaves of a kerb's, is grouped apart: it lies at
     other levels. A long surface whose range changes along it, or that is matched badly in places,
-    falls into pieces side by side.
+    falls into pieces side by side; or the two ends of it are left, which lie on one line.
 
     Parameters
     ----------
     pieces : list of Thing
     low : float
         What does not rise above it is low [m].
+    unseen : callable, optional
+        Tells of two pieces whether what is between them is out of sight.
 
     Returns
     -------
@@ -59,7 +64,11 @@ def joined(pieces: list[Thing], *, low: float) -> list[Thing]:
     while left:
         piece = left.pop(0)
         for k, whole in enumerate(kept):
-            if _continues(piece.extent, whole.extent):
+            if _continues(piece.extent, whole.extent) or (
+                unseen is not None
+                and _is_other_end(piece.extent, whole.extent, low=low)
+                and unseen(piece, whole)
+            ):
                 del kept[k]
                 left.insert(0, _together(whole, piece))  # and may now touch others
                 break
@@ -93,21 +102,48 @@ def _on_foot(whole: Thing, foot: Thing) -> Thing:
 
 
 def _continues(piece: Extent, whole: Extent) -> bool:
-    """Tell whether two pieces touch, side by side or one before the other, at the same range.
+    """Tell whether two pieces touch, side by side or one before the other, at the same range."""
+    if _gap(piece, whole) > _APART or not _at_one_height(piece, whole):
+        return False
+    at = _nearest_bearing(piece, whole)
+    slack = 2 if piece.width < _SLIVER * whole.width else 1
+    return _meets(piece, whole, at, _range_at(whole, at), slack=slack)
 
-    The way goes on under what hangs, and not through what it hangs from.
+
+def _is_other_end(piece: Extent, whole: Extent, *, low: float) -> bool:
+    """Tell whether a piece lies on a wider one's line, no farther beyond it than it is long."""
+    gap = _gap(piece, whole)
+    if not _APART < gap <= whole.left - whole.right or min(piece.top, whole.top) < low:
+        return False
+    at = _nearest_bearing(piece, whole)
+    return _at_one_height(piece, whole) and _meets(piece, whole, at, _on_line(whole, at), slack=1)
+
+
+def _gap(piece: Extent, whole: Extent) -> float:
+    """Return the angle between two things side by side [rad]; negative where they overlap."""
+    return max(piece.right - whole.left, whole.right - piece.left)
+
+
+def _at_one_height(piece: Extent, whole: Extent) -> bool:
+    """Tell whether two things could be one: the way goes on under what hangs, and not through it.
+
+    Nor does one of them begin far above the other.
     """
-    gap = max(piece.right - whole.left, whole.right - piece.left)
-    if gap > _APART or (piece.bottom > 0) != (whole.bottom > 0):
+    if (piece.bottom > 0) != (whole.bottom > 0):
         return False
-    if max(piece.bottom - whole.top, whole.bottom - piece.top) > _ABOVE:
-        return False
+    return max(piece.bottom - whole.top, whole.bottom - piece.top) <= _ABOVE
+
+
+def _nearest_bearing(piece: Extent, whole: Extent) -> float:
+    """Return the direction of a piece that is nearest to the other's [rad]."""
     where = min(max(piece.bearing, whole.right), whole.left)
-    at = min(max(where, piece.right), piece.left)
-    there = _range_at(whole, at)
+    return min(max(where, piece.right), piece.left)
+
+
+def _meets(piece: Extent, whole: Extent, at: float, there: float, *, slack: float) -> bool:
+    """Tell whether a piece is, in one of its directions, at the range where the other would be."""
     apart = _slant(whole, there) * abs(_range_at(piece, at) - there)
     noise = 2 * math.hypot(piece.sigma_distance, whole.sigma_distance)
-    slack = 2 if piece.width < _SLIVER * whole.width else 1
     return apart < slack * _beside(there) + noise
 
 

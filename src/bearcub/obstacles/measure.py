@@ -28,6 +28,8 @@ _STRAIGHT = 5  # directions of a thing that tell whether it is straight, at leas
 _ON_LINE = 0.02  # how far off a line a direction may be, share of its range
 _MOST = 0.6  # share of the directions that a line must have
 _EDGE = 1.0  # 1-sigma of where a side is [px]
+_UPPER = 1.5  # ... of where the top is
+_CARRIED = 0.75  # ... as a share of how far the matcher carries things
 _MIDDLE = 0.55  # ... of the middle between two, as a share of it: their errors are alike
 _TOP_FACE = 1.6  # times the noise that a top face seen from above is thick, as is the top
 _BLURRED = 0.02  # 1-sigma of a width, share of it: tapers
@@ -158,7 +160,10 @@ def measure(
         ),
         # a visible top face is as thick as its noise, and ends higher for it
         sigma_top=math.hypot(
-            edge * distance, drop * spread, fattening * row, _TOP_FACE * drop * noise
+            edge * distance,
+            drop * spread,
+            max(_UPPER, _CARRIED * fattening) * row,
+            _TOP_FACE * drop * noise,
         ),
     )
 

@@ -13,6 +13,7 @@ from bearcub.stereo.native import core
 
 UInt16 = NDArray[np.uint16]
 
+_FAR_ABOVE = 0.5  # share of a thing's height: what hangs overhead and farther above is not its
 _STRIP = 0.25  # height of a strip that joins things, as a share of theirs
 
 
@@ -44,8 +45,9 @@ class PeakFinder:
     def numbers(self, cells: Cells, *, least: int) -> tuple[UInt16, int]:
         """Return the number of every pixel's peak, 0 for none, and how many there are.
 
-        What is tall and not overhead comes first, with a foot of cells around it; then the rest
-        of what stands, and of what hangs, where at least so many pixels are left.
+        What is tall and not overhead comes first, with a foot of cells around it, and without
+        what hangs far above it; then the rest of what stands, and of what hangs, where at least
+        so many pixels are left.
         """
         return (self._compiled if self.compiled else self._in_numpy)(cells, least)
 
@@ -60,6 +62,8 @@ class PeakFinder:
                 found, more = _connected(closed)
                 core.number_pixels(*filled, which, found, *self.foot, things, number)
                 things += more
+            if which == 0:
+                _let_go(number, cells)
         return number, things
 
     def _in_numpy(self, cells: Cells, least: int) -> tuple[UInt16, int]:
@@ -68,6 +72,7 @@ class PeakFinder:
         foot = np.ones(self.foot, dtype=np.uint8)
         around = np.asarray(cv2.dilate(components, foot), dtype=np.uint16)
         number = around.ravel().take(cell)
+        _let_go(number, cells)
         for rest in (~overhead, overhead):
             loose = np.flatnonzero((number == 0) & rest)
             if len(loose) >= least:
@@ -125,6 +130,17 @@ class PeakFinder:
         kernel = np.ones((3, 2 * self.gap + 1), dtype=np.uint8)
         closed = cv2.morphologyEx(peaks, cv2.MORPH_CLOSE, kernel)
         return _connected(np.asarray(closed, dtype=np.uint8))
+
+
+def _let_go(number: UInt16, cells: Cells) -> None:
+    """Take off a thing what hangs overhead, farther above it than half its own height."""
+    overhead = np.flatnonzero(cells.overhead & (number > 0))
+    for k in np.unique(number[overhead]):
+        above = overhead[number[overhead] == k]
+        own = np.flatnonzero((number == k) & ~cells.overhead)
+        rows = cells.index[[above[-1], *own[:1], *own[-1:]]] // cells.across
+        if len(own) > 0 and rows[1] - rows[0] > _FAR_ABOVE * (rows[2] - rows[1]):
+            number[above] = 0
 
 
 def _connected(peaks: UInt8) -> tuple[UInt16, int]:

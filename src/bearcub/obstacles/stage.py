@@ -1,6 +1,7 @@
 """The obstacle stage: disparity and floor become things, holes, terrain and free range."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,7 +33,14 @@ from bearcub.obstacles.measure import MARGIN, RISEN, Extent, cut_sides, measure
 from bearcub.obstacles.segment import Member, Segments, segment
 from bearcub.obstacles.small import small_things
 from bearcub.obstacles.sorting import Sorter, Sorting
-from bearcub.obstacles.surroundings import goes_on_below, hidden_below, mixed, unseen_beside
+from bearcub.obstacles.strips import without_strips
+from bearcub.obstacles.surroundings import (
+    goes_on_below,
+    hidden_below,
+    mixed,
+    unseen_beside,
+    unseen_between,
+)
 from bearcub.obstacles.terrain import lie_of_the_land
 from bearcub.obstacles.trim import Trimmer
 from bearcub.obstacles.verify import Witness, confirmed
@@ -47,6 +55,7 @@ _TRIMMED = 0.25  # past a silhouette lies the column in which trimming ends, on 
 _FEET = 0.4  # 1-sigma of how much wider a thing is at its foot, share of the height that is hidden
 _GOES_ON = 0.5  # 1-sigma of how far a thing goes on where nothing is matched, share of the columns
 _REFINED = 4.0  # half the window in which a matched map was refined [px]
+_BEHIND = 1.1  # times as far as two things is what is behind them, at least
 _SMALL = 400  # pixels of a thing that may be mixed ones
 _LARGE_IMAGE = 200_000  # pixels of an image of which every third column and row is looked at first
 _LARGE = 8000  # pixels of a thing that needs no second look at the images
@@ -255,15 +264,8 @@ class ObstacleStage:
         """Measure every segment that counts, and what the images alone show."""
         found: list[Thing] = []
         rising: list[Extent] = []
-        trim = None
-        if frame.witness is not None:
-            trim = Trimmer(
-                left=frame.witness.left,
-                right=frame.witness.right,
-                offset=frame.disparity.offset,
-            )
         shape = frame.disparity.disparity.shape
-        for member in frame.segments.members(frame.sorter, least=self.least_pixels, trim=trim):
+        for member in self._members(frame):
             extent, sure = self._extent(member, frame)
             if extent is None:
                 continue
@@ -289,7 +291,18 @@ class ObstacleStage:
                 if not any(self._goes_on(ramp, thing.extent, frame) for ramp in rising)
             ],
             low=self.low_height,
+            unseen=lambda one, other: self._unseen_between(one, other, frame),
         )
+
+    def _members(self, frame: _Frame) -> Iterator[Member]:
+        """Yield the pixels of every segment, without what a matcher carried past its sides."""
+        witness, offset = frame.witness, frame.disparity.offset
+        if witness is None:
+            yield from frame.segments.members(frame.sorter, least=self.least_pixels)
+            return
+        trim = Trimmer(left=witness.left, right=witness.right, offset=offset)
+        for member in frame.segments.members(frame.sorter, least=self.least_pixels, trim=trim):
+            yield without_strips(witness, frame.sorter, member, offset=offset)
 
     def _extent(self, member: Member, frame: _Frame) -> tuple[Extent | None, float]:
         """Measure one segment, if it is large enough.
@@ -369,6 +382,12 @@ class ObstacleStage:
         blur = 2 * frame.ground.noise * extent.distance**2 / focal
         goes_on = ramp.ground + ramp.front + ramp.climb * (behind + blur) + self.least_height
         return extent.lowest >= self.clearance or extent.ground + extent.front < goes_on
+
+    def _unseen_between(self, one: Thing, other: Thing, frame: _Frame) -> bool:
+        """Tell whether what is between two things is out of sight, see `unseen_between`."""
+        ends = (x for e in (one.extent, other.extent) for x in (e.range_left, e.range_right))
+        farthest = self.projection.fx * self.projection.baseline / (_BEHIND * max(ends))
+        return unseen_between(frame.disparity.disparity, one.box, other.box, farthest=farthest)
 
     def _with_doubt(self, thing: Thing, frame: _Frame) -> Thing:
         """Return a thing whose sides are as doubtful as what is beside them."""

@@ -3,6 +3,7 @@
 import numpy as np
 
 from bearcub.messages import Bool, Float32
+from bearcub.obstacles.joining import Box
 from bearcub.obstacles.segment import Member, Segments
 from bearcub.obstacles.sorting import Sorter
 from bearcub.robust import median
@@ -11,6 +12,7 @@ _FOOT_SHARE = 0.3  # of the pixels below that must belong to a thing rather than
 _FOOT_ROWS, _FOOT_COLUMNS = 40, 40  # at which they are looked at, at most
 _FOOT_CLEAR = 0.3  # least difference between a thing's disparity and the floor's that tells [px]
 _MATCHED = 0.4  # share of a column's pixels that are matched where something is seen
+_BEHIND = 0.1  # share of what is matched between two things that may be of what is behind them
 _BESIDE_ROWS = 24  # at which what is beside a thing is looked at
 _WIDEST = 64  # columns of it
 _BESIDE = 8  # columns or rows to a nearer thing's edge [px]
@@ -59,9 +61,7 @@ def goes_on_below(sorter: Sorter, member: Member) -> bool:
     return bool(np.count_nonzero(goes_on) > 0.5 * len(goes_on))
 
 
-def unseen_beside(
-    d: Float32, box: tuple[int, int, int, int], disparity: float
-) -> tuple[float, float]:
+def unseen_beside(d: Float32, box: Box, disparity: float) -> tuple[float, float]:
     """Return how many columns left and right of a thing are hardly matched: it may go on there.
 
     Left of a thing the right image does not show what is behind it, over as many columns as their
@@ -81,6 +81,30 @@ def unseen_beside(
     left, behind = _unseen(rows[:, max(0, first - _WIDEST) : first][:, ::-1])
     right, _ = _unseen(rows[:, last + 1 : last + 1 + _WIDEST])
     return max(0.0, left - max(0.0, disparity - behind)), float(right)
+
+
+def unseen_between(d: Float32, one: Box, other: Box, *, farthest: float) -> bool:
+    """Tell whether little is matched between two things side by side, and hardly any of it behind.
+
+    So looks the plain or shiny middle of a thing whose ends are matched.
+
+    Parameters
+    ----------
+    d : ndarray of float32, shape (H, W)
+        [px], NaN unmatched.
+    one, other : tuple of int
+        First column and row, last column and row of the things [px].
+    farthest : float
+        Disparity of what is behind them [px].
+    """
+    top, bottom = max(one[1], other[1]), min(one[3], other[3])
+    left, right = sorted((one, other))
+    between = d[top : bottom + 1, left[2] + 1 : right[0]]
+    if between.size == 0:
+        return False
+    matched = np.count_nonzero(np.isfinite(between))
+    behind = np.count_nonzero(between < farthest)
+    return bool(matched < _MATCHED * between.size and behind < _BEHIND * matched)
 
 
 def _unseen(columns: Float32) -> tuple[int, float]:

@@ -20,7 +20,7 @@ from bearcub.robust import median
 AROUND = (11, 11)  # the brightness of a neighbourhood is no evidence: the cameras may differ in it
 ALONG = (11, 1)  # ... of a row alone: what is above and below may be of another surface
 _SAMPLES = 1500
-_PATCH = 9.0  # neighbouring pixels that witness together
+PATCH = 9.0  # neighbouring pixels that witness together
 _LARGEST = 40.0  # difference that says all there is to say [grey levels]
 _SHARES = (0.5, 1.0, 1.5)  # of a shift of many pixels that is tried: their median is no mean
 _TOGETHER = 3.0  # neighbouring pixels whose noise is one, where they share one shift
@@ -69,6 +69,24 @@ class Witness:
         u, v, claimed, floor = u[known], v[known], claimed[known], floor[known]
         if len(u) == 0:
             return False
+        gain = self.gains(u, v, claimed, floor, window=window)
+        independent = len(u) / PATCH
+        return bool(gain.mean() * math.sqrt(independent) > sure * gain.std())
+
+    def gains(
+        self,
+        u: Index,
+        v: Index,
+        claimed: Float32,
+        floor: Float32,
+        *,
+        window: tuple[int, int] = AROUND,
+    ) -> Float32:
+        """Return how much better each pixel fits at the claimed disparity than at the floor's.
+
+        Parameters are those of `supports`, with nothing unmatched. Of shape (N,), squared
+        differences of grey levels.
+        """
         margin = window[1] // 2
         first = max(0, int(v.min()) - margin)
         rows = slice(first, int(v.max()) + margin + 1)
@@ -76,9 +94,8 @@ class Witness:
         here = _flattened(self.left[rows], window)[v - first, u]
         off = _squared(here - _between(right, u - claimed, v - first))
         on = _squared(here - _between(right, u - floor, v - first))
-        gain = on - off
-        independent = len(u) / _PATCH
-        return bool(gain.mean() * math.sqrt(independent) > sure * gain.std())
+        gain: Float32 = on - off
+        return gain
 
     def shifted(self, u: Index, v: Index, floor: Float32, shift: float) -> float:
         """Return by how many sigmas the images speak for one shift of all pixels off the floor.
@@ -147,10 +164,36 @@ def confirmed(
         return True
     step = max(1, len(u) // _SAMPLES)
     u, v = u[::step], v[::step]
+    claimed, floor = _claims(sorter, u, v, offset)
+    return witness.supports(u, v, claimed, floor, sure=sure, window=window)
+
+
+def gains(witness: Witness, sorter: Sorter, u: Index, v: Index, *, offset: float) -> Float32:
+    """Return how much better each pixel fits at its disparity than at the floor's.
+
+    Parameters
+    ----------
+    witness : Witness
+    sorter : Sorter
+        The disparities and the floor's; above the horizon the floor is infinitely far.
+    u, v : ndarray of int64, shape (N,)
+        Columns and rows, all matched.
+    offset : float
+        In the disparities, not in the images [px].
+
+    Returns
+    -------
+    ndarray of float32, shape (N,)
+        Squared differences of grey levels.
+    """
+    return witness.gains(u, v, *_claims(sorter, u, v, offset))
+
+
+def _claims(sorter: Sorter, u: Index, v: Index, offset: float) -> tuple[Float32, Float32]:
+    """Return the raw disparities of pixels and of the floor there."""
     shift = np.float32(offset)
     floor = np.maximum(sorter.surface.at(u, v), 0)
-    claimed = sorter.disparity[v, u] - shift
-    return witness.supports(u, v, claimed, floor - shift, sure=sure, window=window)
+    return sorter.disparity[v, u] - shift, floor - shift
 
 
 def _squared(difference: Float32) -> Float32:
