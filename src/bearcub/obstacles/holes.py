@@ -91,12 +91,11 @@ def sight_limit(focal: float, height: float, *, length: float = 1.0, rows: int =
 class _Scene:
     """Everything a hole is judged against.
 
-    `things` are the pixels of obstacles on the grid of every `step`-th pixel; `shape` is that of
-    the image.
+    `things` tells which of the `segments` are obstacles; `shape` is that of the image.
     """
 
     things: Bool
-    step: int
+    segments: Segments
     shape: tuple[int, int]
     fringe: float
     view: View
@@ -158,8 +157,8 @@ def find_holes(
     if not ground.seen or np.count_nonzero(below) * segments.step**2 < LEAST_PIXELS:
         return (), ()
     scene = _Scene(
-        things=things.take(segments.labels),
-        step=segments.step,
+        things=things,
+        segments=segments,
         shape=(sorter.disparity.shape[0], sorter.disparity.shape[1]),
         fringe=fringe,
         view=view,
@@ -239,8 +238,9 @@ def _mirrors(region: Region, scene: _Scene, u: Index, top: Index) -> Bool:
     nearer than the foot itself.
     """
     rows = np.clip(top[None, :] - np.arange(1, MIRRORED + 1)[:, None], 0, None)
-    at = (rows + region.top) // scene.step, (u + region.left) // scene.step
-    thing = scene.things[at[0], at[1][None, :]]
+    step = scene.segments.step
+    at = (rows + region.top) // step, ((u + region.left) // step)[None, :]
+    thing = scene.things.take(scene.segments.labels[at])
     first = thing.argmax(axis=0)
     d = region.sorting.disparity[rows[first, np.arange(len(u))], u]
     foot: Bool = thing.any(axis=0) & (d > _SAME_RANGE * region.sorting.floor[top, u])

@@ -84,9 +84,10 @@ def regions_below(below: Bool, sorter: Sorter, step: int) -> Iterator[Region]:
     """Yield connected regions grown from `below`, a grid, to the rim."""
     height, width = sorter.disparity.shape
     side = {1: 7, 2: 5}.get(step, 3)
-    closed = cv2.morphologyEx(below.view(np.uint8), cv2.MORPH_CLOSE, CLOSING[:side, :side])
+    kernel = CLOSING[:side, :side]
+    closed = np.asarray(cv2.morphologyEx(below.view(np.uint8), cv2.MORPH_CLOSE, kernel))
     _, parts = cv2.connectedComponents(closed, connectivity=8, ltype=cv2.CV_16U)
-    index = np.flatnonzero(parts)
+    index = np.flatnonzero(closed.view(np.bool_))  # many times faster than of numbers
     numbers = parts.ravel()[index]
     areas = step**2 * np.bincount(numbers)
     for number in np.flatnonzero(areas >= LEAST_PIXELS):

@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -55,8 +56,10 @@ class Segments:
     ----------
     labels : ndarray of uint16, shape (H // step, W // step)
         1.. for the pixels of each peak, 0 elsewhere, on the grid that was segmented.
-    count : int
-        Number of peaks.
+    index : ndarray of int64, shape (N,)
+        Of pixels in that grid, flat: those of the first peak, of the second, ...
+    ends : tuple of int
+        How many of these come before each peak, and before the end.
     step : int
         Of the grid [px].
     nearest_level, farthest_level : float
@@ -64,10 +67,16 @@ class Segments:
     """
 
     labels: "NDArray[np.uint16]"
-    count: int
+    index: Index
+    ends: tuple[int, ...]
     step: int
     nearest_level: float
     farthest_level: float
+
+    @property
+    def count(self) -> int:
+        """Number of peaks."""
+        return len(self.ends) - 1
 
     def members(
         self,
@@ -92,18 +101,14 @@ class Segments:
             in which rounding decides what to trim.
         """
         all_of = self._all_of_compiled if compiled else self._all_of
-        index = np.flatnonzero(self.labels)
-        number = self.labels.ravel()[index]
-        order = np.argsort(number, kind="stable")  # 16 bits: a radix sort
-        ends = np.cumsum(np.bincount(number, minlength=self.count + 1)).tolist()
         width = self.labels.shape[1]
-        for k in range(1, self.count + 1):
-            count = ends[k] - ends[k - 1]
+        for k, (first, end) in enumerate(pairwise(self.ends), start=1):
+            count = end - first
             if count * self.step**2 < least:
                 continue
             few = count < _MANY
             thin = 1 if few else _thinned(count)
-            v, u = np.divmod(index[order[ends[k - 1] : ends[k] : thin]], width)
+            v, u = np.divmod(self.index[first:end:thin], width)
             if trim is not None or (few and self.step > 1):
                 u, v = all_of(k, u, v, sorter, trim)
                 if len(u):
@@ -215,14 +220,8 @@ def segment(
     -------
     Segments
     """
-    empty = Segments(
-        labels=np.zeros(sorting.standing.shape, dtype=np.uint16),
-        count=0,
-        step=step,
-        nearest_level=nearest_level,
-        farthest_level=farthest_level,
-    )
-    rows = sorting.standing.shape[0]
+    labels = np.zeros(sorting.standing.shape, dtype=np.uint16)
+    rows = len(labels)
     cells = to_cells(
         sorting,
         farthest=farthest_level,
@@ -232,8 +231,6 @@ def segment(
         overhead=1 - clearance / camera_height,
         compiled=compiled,
     )
-    if len(cells.index) == 0:
-        return empty
     rows_of_least = least_height * level_centres(cells.scale) / projection.baseline
     peaks = PeakFinder(
         levels=cells.scale.count,
@@ -246,8 +243,16 @@ def segment(
     least = max(1, math.ceil(least_pixels / step**2))
     number, things = peaks.numbers(cells, least=least)
     things = peaks.part(number, things, cells.column, least=least)
-    empty.labels.ravel()[cells.index] = number
-    return replace(empty, count=things)
+    labels.ravel()[cells.index] = number
+    order = np.argsort(number, kind="stable")  # 16 bits: a radix sort
+    return Segments(
+        labels=labels,
+        index=cells.index.take(order),
+        ends=tuple(np.bincount(number, minlength=things + 1).cumsum().tolist()),
+        step=step,
+        nearest_level=nearest_level,
+        farthest_level=farthest_level,
+    )
 
 
 def _thinned(count: int) -> int:
