@@ -295,10 +295,12 @@ def just_ahead(plane: Float64, profile: Profile) -> tuple[Float64, Profile, Floa
 
 def _line(x: Float64, y: Float64, sigma: Float64) -> tuple[float, float, Float64]:
     """Fit ``y = factor x + shift``; return both and their covariance, shape (2, 2)."""
-    weighted = np.stack([x, np.ones_like(x)]) / sigma
-    covariance = np.asarray(np.linalg.inv(weighted @ weighted.T), dtype=np.float64)
-    factor, shift = covariance @ (weighted @ (y / sigma))
-    return float(factor), float(shift), covariance
+    one = 1 / sigma
+    x, y = x * one, y * one
+    xx, x1, n = float(x @ x), float(x @ one), float(one @ one)
+    covariance: Float64 = np.array([[n, -x1], [-x1, xx]]) / (xx * n - x1 * x1)
+    factor, shift = (covariance @ (x @ y, one @ y)).tolist()
+    return factor, shift, covariance
 
 
 def _samples(

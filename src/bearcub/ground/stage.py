@@ -276,7 +276,7 @@ def _plane_jacobian(projection: Projection, values: Float64) -> Float64:
 
 def _angle(prior: Prior, measured: Float64) -> float:
     seen = Attitude(pitch=float(measured[1]), roll=float(measured[2])).down()
-    return float(np.arccos(np.clip(prior.attitude.down() @ seen, -1.0, 1.0)))
+    return math.acos(min(max(float(prior.attitude.down() @ seen), -1.0), 1.0))
 
 
 def gravity_in_camera(mount: Mount, tilt: Tilt) -> Float64:

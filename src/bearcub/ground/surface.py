@@ -114,5 +114,5 @@ def floor_sigma(ground: Ground, shape: tuple[int, int]) -> float:
     corners = np.array(
         [[u, v, 1.0] for u in (0, columns - 1) for v in (_BORDER_SHARE * rows, rows - 1)]
     )
-    variance = np.einsum("ni,ij,nj->n", corners, ground.covariance, corners)
-    return float(np.sqrt(variance.max()))
+    variance = (corners @ ground.covariance * corners).sum(axis=1)
+    return math.sqrt(variance.max())

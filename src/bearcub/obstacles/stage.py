@@ -315,13 +315,14 @@ class ObstacleStage:
             return None, math.inf
         if member.pixels < _SMALL and mixed(d, frame.segments, member):
             return None, math.inf
+        own = d[v, u]
         witnessed, fattening = frame.witness is not None, frame.disparity.fattening
         extent = measure(
             frame.view,
             frame.sorter.surface,
-            (u + 0.5 * (member.stride - 1)).astype(np.float64),
-            (v + 0.5 * (member.stride - 1)).astype(np.float64),
-            d[v, u],
+            u + 0.5 * (member.stride - 1),
+            v + 0.5 * (member.stride - 1),
+            own,
             stride=member.stride,
             pixels=member.pixels,
             noise=frame.ground.noise,
@@ -330,7 +331,7 @@ class ObstacleStage:
             fringe=_TRIMMED if witnessed else fattening,
             witnessed=witnessed,
         )
-        hidden = frame.ground.height * median(frame.sorter.tolerance_at(u, v) / d[v, u])
+        hidden = frame.ground.height * median(frame.sorter.tolerance_at(u, v) / own)
         extent = replace(extent, sigma_width=math.hypot(extent.sigma_width, _FEET * hidden))
         least = _SURE
         if self._hangs(extent, hidden):

@@ -20,15 +20,13 @@ _BESIDE = 8  # columns or rows to a nearer thing's edge [px]
 
 def mixed(d: Float32, segments: Segments, member: Member) -> bool:
     """Tell pixels that a matcher put between a nearer thing's edge and what is behind it."""
-    beside = np.zeros(len(member.u), dtype=bool)
-    for right, down in ((-_BESIDE, 0), (_BESIDE, 0), (0, _BESIDE)):
-        beside |= _nearer_thing(d, segments, member, right, down)
-    return bool(beside.mean() > 0.5)
+    beside = _nearer_thing(d, segments, member, (-_BESIDE, _BESIDE, 0), (0, 0, _BESIDE))
+    return bool(np.count_nonzero(beside) > 0.5 * len(beside))
 
 
 def hidden_below(d: Float32, segments: Segments, member: Member) -> bool:
     """Tell whether a nearer thing hides what is below these pixels."""
-    hidden = _nearer_thing(d, segments, member, 0, _BESIDE)
+    hidden = _nearer_thing(d, segments, member, (0,), (_BESIDE,))
     columns, below = np.bincount(member.u), np.bincount(member.u[hidden])
     return bool(np.count_nonzero(below) > 0.5 * np.count_nonzero(columns))
 
@@ -110,17 +108,19 @@ def unseen_between(d: Float32, one: Box, other: Box, *, farthest: float) -> bool
 def _unseen(columns: Float32) -> tuple[int, float]:
     """Return how many columns are hardly matched, and the disparity beyond them [px]."""
     known = np.isfinite(columns)
-    matched = np.flatnonzero(known.mean(axis=0) > _MATCHED)
+    matched = np.flatnonzero(known.sum(axis=0) > _MATCHED * len(known))
     gap = int(matched[0]) if len(matched) else columns.shape[1]
     beyond = columns[:, gap : gap + _BESIDE][known[:, gap : gap + _BESIDE]]
     return gap, median(beyond) if len(beyond) else 0.0
 
 
-def _nearer_thing(d: Float32, segments: Segments, member: Member, right: int, down: int) -> Bool:
-    """Tell which pixels have a nearer other thing so many pixels beside them."""
-    column = np.minimum(np.maximum(member.u + right, 0), d.shape[1] - 1)
-    row = np.minimum(member.v + down, d.shape[0] - 1)
+def _nearer_thing(
+    d: Float32, segments: Segments, member: Member, right: tuple[int, ...], down: tuple[int, ...]
+) -> Bool:
+    """Tell which pixels have a nearer other thing at any of these columns and rows beside them."""
+    column = np.minimum(np.maximum(member.u + np.array(right)[:, None], 0), d.shape[1] - 1)
+    row = np.minimum(member.v + np.array(down)[:, None], d.shape[0] - 1)
     other = segments.labels[row // segments.step, column // segments.step]
     nearer = d[row, column] > d[member.v, member.u]
     beside: Bool = (other != 0) & (other != member.number) & nearer
-    return beside
+    return beside.any(axis=0)

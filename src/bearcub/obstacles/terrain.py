@@ -4,13 +4,15 @@ import math
 
 import numpy as np
 
-from bearcub.geometry import Attitude, Float64, base_from_optical
+from bearcub.geometry import Float64, base_from_optical
 from bearcub.messages import Ground, SlopeBand, Terrain
 from bearcub.obstacles.cloud import View
 from bearcub.obstacles.sorting import Sorting
 
 _BAND = (1.5, 5.0)  # where slope and cross slope are taken [m] (the contract)
 _STEP = 0.5  # length of a band of the profile [m]
+_STARTS = np.arange(_BAND[0], _BAND[1], _STEP)
+_FROM, _TO = np.append(_STARTS, _BAND[0]), np.append(_STARTS + _STEP, _BAND[1])  # and of them all
 _DOUBTFUL = math.radians(5.0)  # bands less certain than this are left out
 _PIXELS = 2000
 _LEAST_PIXELS = 100
@@ -50,12 +52,8 @@ def lie_of_the_land(
     nan = math.nan
     if not ground.seen or np.count_nonzero(ground.knots > ground.followed_to) < _LEAST_KNOTS:
         return Terrain(slope=nan, cross_slope=nan, sigma=nan, roughness=nan, reference=reference)
-    turn = np.eye(3) if gravity is None else _level_from_base(view, ground, gravity)
-    x, z, sigma_z = _profile_ahead(view, ground, turn)
-    starts = np.arange(_BAND[0], _BAND[1], _STEP)
-    slopes, doubts = _rises(
-        x, z, sigma_z, np.append(starts, _BAND[0]), np.append(starts + _STEP, _BAND[1])
-    )
+    turn = np.eye(3) if gravity is None else _level_from_base(view, gravity)
+    slopes, doubts = _rises(*_profile_ahead(view, ground, turn), _FROM, _TO)
     slope, sigma = slopes.pop(), doubts.pop()
     tilt_noise = 0.0 if gravity is None else tilt_noise
     bands = [
@@ -65,13 +63,13 @@ def lie_of_the_land(
             slope=rise,
             sigma=math.hypot(doubt, ground.sigma_pitch, tilt_noise),
         )
-        for start, rise, doubt in zip(starts.tolist(), slopes, doubts, strict=True)
+        for start, rise, doubt in zip(_STARTS.tolist(), slopes, doubts, strict=True)
         if doubt < _DOUBTFUL
     ]
-    up = turn[2] @ np.array([0.0, 1.0, 0.0])  # the ground's left, seen from the level frame
+    up = float(turn[2, 1])  # of the ground's left, seen from the level frame
     return Terrain(
         slope=slope,
-        cross_slope=math.asin(float(np.clip(up, -1, 1))),
+        cross_slope=math.asin(min(max(up, -1.0), 1.0)),
         sigma=math.hypot(sigma, max(ground.sigma_pitch, ground.sigma_roll), tilt_noise),
         roughness=_roughness(sorting, view, ground),
         reference=reference,
@@ -79,11 +77,10 @@ def lie_of_the_land(
     )
 
 
-def _level_from_base(view: View, ground: Ground, gravity: Float64) -> Float64:
+def _level_from_base(view: View, gravity: Float64) -> Float64:
     """Return the rotation from the ground's frame into the level frame of the same heading."""
-    forward = view.base_from_optical[0]
-    down = Attitude(roll=ground.roll, pitch=ground.pitch).down()
-    rotation: Float64 = base_from_optical(gravity, forward) @ base_from_optical(down, forward).T
+    turn = view.base_from_optical
+    rotation: Float64 = base_from_optical(gravity, turn[0]) @ turn.T
     return rotation
 
 
@@ -94,11 +91,11 @@ def _profile_ahead(view: View, ground: Ground, turn: Float64) -> tuple[Float64, 
     p = view.projection
     a, b, c = ground.plane
     u = np.full_like(level, p.cx)
-    points = view.points(u, (level - a * u - c) / b, level + bend).T
-    sigma = ground.height * ground.knot_noise[followed][::-1] / level / math.sqrt(_INDEPENDENT)
-    points = (points - view.origin) @ turn.T + view.origin
-    ahead = np.maximum.accumulate(points[:, 0])  # noise may not turn the profile back
-    return ahead, points[:, 2], sigma
+    points = view.points(u, (level - a * u - c) / b, level + bend)
+    sigma = ground.knot_noise[followed][::-1] / level * (ground.height / math.sqrt(_INDEPENDENT))
+    origin = view.origin[:, None]
+    x, _, z = turn @ (points - origin) + origin
+    return np.maximum.accumulate(x), z, sigma  # noise may not turn the profile back
 
 
 def _rises(
@@ -121,15 +118,14 @@ def _roughness(sorting: Sorting, view: View, ground: Ground) -> float:
     """Return the RMS height of the near floor about its profile [m]; NaN where noise hides it."""
     stride = max(1, int(math.sqrt(sorting.on_floor.size / (2 * _PIXELS))))
     grid = np.s_[::stride, ::stride]
-    on_floor = sorting.on_floor[grid]
-    on_floor = on_floor & (
-        sorting.floor[grid] > view.projection.fx * view.projection.baseline / _BAND[1]
-    )
-    if np.count_nonzero(on_floor) < _LEAST_PIXELS:
+    floor = sorting.floor[grid]
+    farthest = view.projection.fx * view.projection.baseline / _BAND[1]
+    index = np.flatnonzero(sorting.on_floor[grid] & (floor > farthest))
+    if len(index) < _LEAST_PIXELS:
         return math.nan
-    d = sorting.disparity[grid][on_floor].astype(np.float64)
-    floor = sorting.floor[grid][on_floor]
-    noise = ground.height * np.interp(floor, ground.knots, ground.knot_noise) / d
-    lift = ground.height * (1 - floor / d)
-    above = float(np.mean(lift * lift) - np.mean(noise * noise))
-    return math.sqrt(above) if above > 0 else math.nan
+    d = sorting.disparity[grid].ravel().take(index).astype(np.float64)
+    floor = floor.ravel().take(index).astype(np.float64)
+    noise = np.interp(floor, ground.knots, ground.knot_noise) / d
+    lift = 1 - floor / d
+    above = float(lift @ lift - noise @ noise) / len(index)
+    return ground.height * math.sqrt(above) if above > 0 else math.nan
