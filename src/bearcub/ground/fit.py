@@ -12,7 +12,7 @@ References
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -26,6 +26,7 @@ from bearcub.stereo.native import COMPILED, core
 
 _TRIPLES, _SEED = 200, 0  # the same map gives the same floor
 _INCLINED = np.radians([-6.0, -3.0, 0.0, 3.0, 6.0])  # pitch and roll about the expected ones
+_PITCHED, _ROLLED = (turn.ravel() for turn in np.meshgrid(_INCLINED, _INCLINED, indexing="ij"))
 _SCORED = 700  # pixels a proposal is scored on
 _FINALISTS = 16  # proposals that are scored on all of these
 _REFINED = 4200  # pixels the refinement uses
@@ -109,20 +110,26 @@ class _Refined:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Pixels:
-    """A grid of measured pixels: homogeneous coordinates (3, N), disparities (N,), its area."""
+    """A grid of measured pixels.
 
-    uv1: Float64
-    d: Float64
+    The rows of `uv1d`, shape (4, N), are their homogeneous coordinates and disparities; `area` is
+    that of the grid.
+    """
+
+    uv1d: Float64
     floorlike: Bool
     stride: int
     area: float
 
-    def only(self, which: Bool) -> "_Pixels":
-        """Return some of the pixels."""
-        index = np.flatnonzero(which)
-        return replace(
-            self, uv1=self.uv1[:, index], d=self.d[index], floorlike=self.floorlike[index]
-        )
+    @property
+    def uv1(self) -> Float64:
+        """The first three rows."""
+        return self.uv1d[:3]
+
+    @property
+    def d(self) -> Float64:
+        """The last one."""
+        return self.uv1d[3]
 
 
 def fit_plane(
@@ -244,13 +251,14 @@ def _sample(disparity: Float32, projection: Projection, prior: Prior) -> _Pixels
     expected = projection.baseline / prior.height
     floorlike = (climb > 0.3 * expected) & (climb < 3.0 * expected)
     index = np.flatnonzero(d > 0)  # NaN compares false
-    v, u = np.divmod(index, d.shape[1])
-    uv1 = np.empty((3, len(index)))
-    uv1[0], uv1[1], uv1[2] = u * stride + first, v * stride + reach, 1.0
+    v = index // d.shape[1]
+    u = index - v * d.shape[1]  # numpy.divmod takes twice as long
+    uv1d = np.empty((4, len(index)))
+    uv1d[0], uv1d[1], uv1d[2] = u * stride + first, v * stride + reach, 1.0
+    uv1d[3] = d.ravel().take(index)
     return _Pixels(
-        uv1=uv1,
-        d=d.ravel()[index].astype(np.float64),
-        floorlike=floorlike.ravel()[index],
+        uv1d=uv1d,
+        floorlike=floorlike.ravel().take(index),
         stride=stride,
         area=float(d.size * stride**2),
     )
@@ -258,10 +266,7 @@ def _sample(disparity: Float32, projection: Projection, prior: Prior) -> _Pixels
 
 def _prior_planes(projection: Projection, prior: Prior) -> Float64:
     """Return the prior's plane and some inclined about it, for floors too rough for triples."""
-    down = down_vector(
-        roll=prior.roll + np.tile(_INCLINED, len(_INCLINED)),
-        pitch=prior.pitch + np.repeat(_INCLINED, len(_INCLINED)),
-    )
+    down = down_vector(roll=prior.roll + _ROLLED, pitch=prior.pitch + _PITCHED)
     return projection.plane(height=prior.height, down=down).T
 
 
@@ -277,8 +282,7 @@ def _triples(pixels: _Pixels) -> Float64:
     if len(candidates) < 30:
         return np.zeros((0, 3))
     pick = candidates[(_draws() * len(candidates)).astype(np.int64)]
-    u, v, _ = pixels.uv1[:, pick]
-    d = pixels.d[pick]
+    u, v, _, d = pixels.uv1d[:, pick]
     (u1, u2), (v1, v2), (d1, d2) = u[1:] - u[0], v[1:] - v[0], d[1:] - d[0]
     area = u1 * v2 - u2 * v1
     wide = np.abs(area) > 0.02 * pixels.area
@@ -325,17 +329,21 @@ def _best(pixels: _Pixels, planes: Float64, belief: Float64, bump: float) -> tup
 
 def _scores(pixels: _Pixels, planes: Float64, bump: float, nearest: float, count: int) -> Float64:
     """Count for each plane the pixels on it, less a share of those below it."""
-    step = max(1, len(pixels.d) // count)
-    d = pixels.d[::step].astype(np.float32)
     # contiguous: BLAS takes a hundred times as long for a float32 product with a transposed view
-    uv1 = pixels.uv1[:, ::step].astype(np.float32, order="C")
-    floor = planes.astype(np.float32) @ uv1
-    residual = (d - floor) * (1 / (0.6 + bump * d))
+    step = max(1, len(pixels.d) // count)
+    uv1d = pixels.uv1d[:, ::step].astype(np.float32, order="C")
+    uv1, d = uv1d[:3], uv1d[3]
+    planes = planes.astype(np.float32)
     # the floor just ahead counts most: what lies beyond may be another one
-    floor *= np.float32(1 / nearest)
-    close = np.maximum(np.minimum(floor, 1, out=floor), 0, out=floor)
-    support = np.maximum(1.0 - residual * residual, 0.0)
-    support -= np.float32(_BELOW) * (residual < -1.5)
+    close = planes @ (uv1 * np.float32(1 / nearest))
+    np.maximum(np.minimum(close, 1, out=close), 0, out=close)
+    tolerance = 1 / (0.6 + bump * d)
+    residual = planes @ (uv1 * tolerance)
+    np.subtract(d * tolerance, residual, out=residual)
+    below = residual < -1.5
+    residual *= residual
+    support = np.maximum(np.subtract(1, residual, out=residual), 0, out=residual)
+    np.copyto(support, np.float32(-_BELOW), where=below)
     total: Float64 = np.einsum("ij,ij->i", close, support).astype(np.float64)
     return total
 
@@ -349,77 +357,78 @@ def _refine(
     bump: float,
 ) -> _Refined | None:
     """Sharpen a proposed plane on all pixels of the grid that lie near ahead."""
-    uv1, d = pixels.uv1, pixels.d
-    lateral = (uv1[0] - projection.cx) * projection.baseline / d
-    aside = 1.0 / (1.0 + (lateral / _HALF_WIDTH) ** 2)
+    floor = plane @ pixels.uv1
+    nearest = _nearest(floor, pixels.d, bump)
+    # what is farther has no say
+    uv1d = pixels.uv1d.take(np.flatnonzero(floor > _WHOLE * _NEAR * nearest), axis=1)
+    uv1, d = uv1d[:3], uv1d[3]
+    lateral = (uv1[0] - projection.cx) * (projection.baseline / _HALF_WIDTH) / d
+    aside = 1.0 / (1.0 + lateral * lateral)
     bumps = (0.5 * bump * d) ** 2
-    scale, nearest = _ANNEAL, 0.0
+    scale, roughest = _ANNEAL, float(bumps.max(initial=0.0))
     for step in range(1, _MOST_STEPS + 1):
         floor = plane @ uv1
         residual = d - floor
         variance = bumps + scale**2
-        off = residual * residual / variance
-        if nearest == 0.0:
-            nearest = _nearest(floor, off)
-            near = floor > _WHOLE * _NEAR * nearest  # the others have no say
-            pixels = pixels.only(near)
-            uv1, d = pixels.uv1, pixels.d
-            floor, residual, off = floor[near], residual[near], off[near]
-            aside, bumps, variance = aside[near], bumps[near], variance[near]
-        inside = (off < _BIWEIGHT**2) & (floor > _NEAR * nearest)
-        weight = (1 - off / _BIWEIGHT**2) * np.minimum(floor / (_CLOSE * nearest), 1)
-        weight *= weight
-        weight *= aside / variance
-        weight *= inside
+        off = residual * residual / (_BIWEIGHT**2 * variance)
+        inside = (off < 1) & (floor > _NEAR * nearest)
         if np.count_nonzero(inside) < 30:
             return None
-        weighted = uv1 * weight
+        share = aside * inside
+        weight = (1 - off) * np.minimum(floor * (1 / (_CLOSE * nearest)), 1)
+        weight *= weight
+        weight *= share
+        equations = (uv1 * (weight / variance)) @ uv1d.T
         try:
-            solved = np.linalg.solve(weighted @ uv1.T, weighted @ d)
-        except np.linalg.LinAlgError:
+            solved = inverse(equations[:, :3]) @ equations[:, 3]
+        except ZeroDivisionError:
             return None
         moved = float(np.abs((solved - plane) @ uv1[:, ::_FEW]).max())
-        plane = np.asarray(solved, dtype=np.float64)
-        scale = 1.4826 * _weighted_median(np.abs(residual[inside]), aside[inside])
+        plane = solved
+        most = _BIWEIGHT * math.sqrt(roughest + scale**2)
+        scale = 1.4826 * _weighted_median(np.minimum(np.abs(residual), most), share)
         scale = min(max(scale, _NOISE[0]), _NOISE[1])
         if step >= _STEPS and moved < _SETTLED:
             break
     if not _within(plane[None], projection, prior, gates)[0][0]:
         return None
-    return _summary(pixels, plane, scale, weight * variance, bump, nearest)
+    return _summary(uv1d, plane, scale, weight, bumps, nearest, pixels.stride)
 
 
 def _weighted_median(values: Float64, weights: Float64) -> float:
     """Return the weighted median of positive values, to a hundredth (pixels)."""
-    total = np.cumsum(np.bincount((100 * values).astype(np.int64), weights=weights))
-    return 0.01 * (int(np.searchsorted(total, 0.5 * total[-1])) + 0.5)
+    total = np.bincount((100 * values).astype(np.int64), weights=weights).cumsum()
+    return 0.01 * (int(total.searchsorted(0.5 * total[-1])) + 0.5)
 
 
-def _nearest(floor: Float64, off: Float64) -> float:
-    """Return the nearest level [px] at which floor is seen; `off` is z squared of each pixel."""
+def _nearest(floor: Float64, d: Float64, bump: float) -> float:
+    """Return the nearest level [px] at which pixels lie on the floor."""
+    off = (d - floor) ** 2 / ((0.5 * bump * d) ** 2 + _ANNEAL**2)
     on = floor[(off < 9.0) & (floor > 0)]
     return quantile(on, 0.98) if len(on) else math.inf
 
 
 def _summary(
-    pixels: _Pixels,
+    uv1d: Float64,
     plane: Float64,
     scale: float,
     weight: Float64,
-    bump: float,
+    bumps: Float64,
     nearest: float,
+    stride: int,
 ) -> _Refined:
-    floor = plane @ pixels.uv1
-    residual = pixels.d - floor
-    variance = scale**2 + (0.5 * bump * pixels.d) ** 2
-    off = residual * residual / variance
+    uv1, d = uv1d[:3], uv1d[3]
+    floor = plane @ uv1
+    residual = d - floor
+    variance = bumps + scale**2
     here = floor > _NEAR * nearest
+    on = residual * residual < 9.0 * variance
     return _Refined(
         plane=plane,
         noise=scale,
-        normal=(pixels.uv1 * (weight / variance)) @ pixels.uv1.T,
+        normal=(uv1 * (weight / variance)) @ uv1.T,
         here=int(np.count_nonzero(here)),
-        on=int(np.count_nonzero(here & (off < 9.0))),
-        above=int(np.count_nonzero(here & (off >= 9.0) & (residual > 0))),
-        stride=pixels.stride,
+        on=int(np.count_nonzero(here & on)),
+        above=int(np.count_nonzero(here & ~on & (residual > 0))),
+        stride=stride,
     )
