@@ -23,7 +23,9 @@ def quantile(values: NDArray[Any], share: float) -> float:
     3.0
     """
     rank = int(share * (len(values) - 1) + 0.5)
-    return float(np.partition(values, rank)[rank])
+    ordered = values.copy()
+    ordered.partition(rank)
+    return float(ordered[rank])
 
 
 def median(values: NDArray[Any]) -> float:

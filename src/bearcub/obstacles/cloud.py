@@ -38,14 +38,12 @@ class View:
     def points(self, u: NDArray[_F], v: NDArray[_F], disparity: NDArray[_F]) -> NDArray[_F]:
         """Return the points [m] in ``base_link`` of pixels, shape (3, N), as precise as these."""
         p = self.projection
-        across, down = (u - p.cx) * (1 / p.fx), (v - p.cy) * (1 / p.fy)
-        points = np.empty((3, len(u)), dtype=disparity.dtype)
+        rays = np.empty((3, len(u)), dtype=disparity.dtype)
+        rays[0], rays[1], rays[2] = (u - p.cx) * (1 / p.fx), (v - p.cy) * (1 / p.fy), 1.0
+        points: NDArray[_F] = self.base_from_optical.astype(rays.dtype) @ rays
         with np.errstate(divide="ignore", invalid="ignore"):  # what is infinitely far is nowhere
-            depth = p.fx * p.baseline / disparity
-            axes = zip(points, self.base_from_optical.tolist(), self.origin.tolist(), strict=True)
-            for axis, (a, b, c), origin in axes:
-                np.multiply(a * across + b * down + c, depth, out=axis)
-                np.add(axis, origin, out=axis)
+            points *= p.fx * p.baseline / disparity
+        points += self.origin.astype(rays.dtype)[:, None]
         return points
 
 

@@ -160,8 +160,9 @@ def _in_numpy(
 ) -> Cells:
     index = np.flatnonzero(sorting.between(*span))
     d = sorting.disparity.ravel().take(index)
-    columns = np.arange(sorting.standing.shape[1], dtype=np.int32)
-    column = (columns[None, :] - shift[:, None] + shift.max()).ravel().take(index)
+    row = index // sorting.standing.shape[1]
+    start = sorting.standing.shape[1] * np.arange(len(shift)) + shift - shift.max()
+    column = (index - start.take(row)).astype(np.int32)
     scale = _scale(float(d.max(initial=0.0)))
     floor = sorting.floor.ravel().take(index)
     return Cells(
