@@ -70,8 +70,13 @@ def _pairs(count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return np.triu_indices(count, 1)
 
 
-def sorted_by_group(values: NDArray[np.float64], group: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return `values` ordered by their group, ascending inside each.
+def ranked_by_group(
+    values: NDArray[np.float64],
+    group: NDArray[np.int64],
+    counts: NDArray[np.int64],
+    *ranks: NDArray[np.int64] | int,
+) -> list[NDArray[np.float64]]:
+    """Return of each group the values of these ranks, 0 the smallest; NaN in groups without.
 
     One sort of one array of keys: many times faster than `numpy.lexsort`.
 
@@ -81,17 +86,23 @@ def sorted_by_group(values: NDArray[np.float64], group: NDArray[np.int64]) -> ND
         Finite; keeps about nine digits.
     group : ndarray of int64, shape (N,)
         0 and above.
+    counts : ndarray of int64, shape (M,)
+        How many values each group has.
+    *ranks : int, or ndarray of int64, shape (M,)
 
     Examples
     --------
-    >>> sorted_by_group(np.array([3.0, 5.0, 1.0]), np.array([1, 0, 1]))
-    array([5., 1., 3.])
+    >>> group = np.array([1, 0, 1])
+    >>> ranked_by_group(np.array([3.0, 5.0, 1.0]), group, np.bincount(group), 0, 1)
+    [array([5., 1.]), array([nan,  3.])]
     """
     if len(values) == 0:
-        return values
-    apart = np.ptp(values) + 1.0
+        return [np.full(len(counts), np.nan) for _ in ranks]
+    apart = values.max() - values.min() + 1.0
     keys = values + group * apart
     keys.sort()
-    counts = np.bincount(group)
-    keys -= np.repeat(np.arange(len(counts)) * apart, counts)
-    return keys
+    starts, before = counts.cumsum() - counts, np.arange(len(counts)) * apart
+    return [
+        np.where(rank < counts, keys.take(starts + rank, mode="clip") - before, np.nan)
+        for rank in ranks
+    ]

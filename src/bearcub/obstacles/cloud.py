@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 from bearcub.geometry import Float64, Projection
 from bearcub.messages import Float32
-from bearcub.robust import quantile, sorted_by_group
+from bearcub.robust import quantile, ranked_by_group
 from bearcub.stereo.native import COMPILED, core
 
 _F = TypeVar("_F", np.float32, np.float64)
+Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,11 +129,7 @@ class _InNumpy:
         position = (self._bearing - right) / max(left - right, 1e-9) * count
         group = np.minimum(np.maximum(position, 0), count - 1).astype(np.int64)
         counts = np.bincount(group, minlength=count)
-        ends = np.cumsum(counts)
-        ordered = np.append(sorted_by_group(self._range, group), np.nan)
-        some = counts > 0
-        ranks = [ends - counts + counts // near, ends - (counts + 1) // 2]
-        first, middle = (ordered[np.where(some, rank, len(ordered) - 1)] for rank in ranks)
+        first, middle = ranked_by_group(self._range, group, counts, counts // near, counts // 2)
         return counts.tolist(), first.tolist(), middle.tolist()
 
     def range(self, share: float) -> float:
@@ -158,31 +155,31 @@ def _ends(values: Float64, step: float, share: float) -> tuple[float, float]:
     """
     start = float(values.min()) - 1.5 * step
     bins = ((values - start) * (1 / step)).astype(np.int64)
-    counts = np.bincount(bins, minlength=int(bins.max()) + 2).astype(np.float64)
+    counts = np.bincount(bins)
     typical = _typical(counts)
     threshold = max(share * typical, 0.5)
     first, last = _main_run(counts, threshold)
     # the edge bin is partly covered: its share of the typical count is the covered part
-    low = start + (first + 1 - min(1.0, counts[first] / typical)) * step
-    high = start + (last + min(1.0, counts[last] / typical)) * step
+    low = start + (first + 1 - min(1.0, int(counts[first]) / typical)) * step
+    high = start + (last + min(1.0, int(counts[last]) / typical)) * step
     return low, high
 
 
-def _typical(counts: Float64) -> float:
+def _typical(counts: Index) -> int:
     """Return the count of the bin in which the median pixel lies: sparse bins have no say."""
     ordered = np.sort(counts)
-    total = np.cumsum(ordered)
-    return float(ordered[np.searchsorted(total, 0.5 * total[-1])])
+    total = ordered.cumsum()
+    return int(ordered[total.searchsorted(0.5 * total[-1])])
 
 
-def _main_run(counts: Float64, threshold: float) -> tuple[int, int]:
+def _main_run(counts: Index, threshold: float) -> tuple[int, int]:
     """Return the first and last bin of the fullest run of bins above `threshold`.
 
     Small gaps belong to a run: matches fail on parts of a thing.
     """
     above = np.flatnonzero(counts >= threshold)
     gap = max(4, len(above) // 4)
-    gaps = np.flatnonzero(np.diff(above) > gap) + 1
+    gaps = np.flatnonzero(above[1:] - above[:-1] > gap) + 1
     runs = np.split(above, gaps) if len(gaps) else [above]
-    fullest = max(runs, key=lambda run: float(counts[run].sum()))
+    fullest = max(runs, key=lambda run: int(counts[run].sum()))
     return int(fullest[0]), int(fullest[-1])

@@ -11,7 +11,7 @@ from bearcub.messages import Bool, FreeRange, Int32, Limit, Obstacle, Terrain
 from bearcub.obstacles.cloud import View
 from bearcub.obstacles.layers import Painter
 from bearcub.obstacles.sorting import Sorting
-from bearcub.robust import sorted_by_group
+from bearcub.robust import ranked_by_group
 from bearcub.stereo.native import COMPILED, core
 
 _PIXELS = 6000
@@ -190,15 +190,16 @@ def _pixels(look: _Look) -> tuple[Index, Float64, Index]:
     grid = np.s_[:: look.stride, :: look.stride]
     measured = sorting.disparity[grid]
     index = np.flatnonzero((sorting.on_floor[grid] | (labels != 0)) & (measured > 0))
-    label = labels.ravel()[index].astype(np.int64)
     # a hole begins where its floor is missing, not where the line of sight ends in it
-    d = np.where(label < 0, sorting.floor[grid].ravel()[index], measured.ravel()[index])
-    v, u = np.divmod(index, labels.shape[1])
-    u, v = sorting.u[:: look.stride][u], sorting.v[:: look.stride][v]
-    x, y, _ = look.view.points(u.astype(np.float32), v.astype(np.float32), d)
+    d = np.where(labels < 0, sorting.floor[grid], measured).ravel().take(index)
+    row = index // labels.shape[1]
+    v = sorting.v[:: look.stride].astype(np.float32).take(row)
+    u = sorting.u[:: look.stride].astype(np.float32).take(index - row * labels.shape[1])
+    x, y, _ = look.view.points(u, v, d)
     sector = np.rint((np.arctan2(y, x) - float(look.bearings[0])) / look.step).astype(np.int64)
-    inside = (sector >= 0) & (sector < len(look.bearings))
-    return sector[inside], np.sqrt(x * x + y * y)[inside], label[inside]
+    inside = np.flatnonzero((sector >= 0) & (sector < len(look.bearings)))
+    reach = np.sqrt(x * x + y * y).take(inside)
+    return sector.take(inside), reach, labels.ravel().take(index.take(inside))
 
 
 def _seen_until(
@@ -224,8 +225,6 @@ def _first_hits(sector: Index, reach: Float64, count: int) -> Float64:
     near = reach < math.inf
     sector, reach = sector[near], reach[near]
     counts = np.bincount(sector, minlength=count)
-    starts = np.cumsum(counts) - counts
-    enough = counts >= _HITS
-    hits = np.full(count, math.inf)
-    hits[enough] = sorted_by_group(reach, sector)[starts[enough] + _HITS - 1]
+    (hits,) = ranked_by_group(reach, sector, counts, _HITS - 1)
+    hits[np.isnan(hits)] = math.inf
     return hits

@@ -125,7 +125,7 @@ class Segments:
         """
         if self.step > 1:
             grown = np.asarray(cv2.dilate(labels, _TO_LEFT_ABOVE, anchor=(0, 0)), dtype=np.uint16)
-            labels = grown.repeat(self.step, axis=0).repeat(self.step, axis=1)
+            labels = grown.repeat(self.step, axis=1).repeat(self.step, axis=0)  # the fast order
         height, width = part.standing.shape
         return labels[:height, :width] * part.between(self.farthest_level, self.nearest_level)
 
@@ -162,8 +162,9 @@ class Segments:
         window = self.enlarged(own.astype(np.uint16), part) > 0
         if trim is not None:
             window = trim(window, part)
-        v, u = np.divmod(np.flatnonzero(window), window.shape[1])
-        return u + s * left, v + s * top
+        index = np.flatnonzero(window)
+        v = index // window.shape[1]
+        return index - window.shape[1] * v + s * left, v + s * top
 
 
 def segment(
@@ -245,10 +246,11 @@ def segment(
     things = peaks.part(number, things, cells.column, least=least)
     labels.ravel()[cells.index] = number
     order = np.argsort(number, kind="stable")  # 16 bits: a radix sort
+    ends = number.take(order).searchsorted(np.arange(1, things + 2, dtype=np.uint16))
     return Segments(
         labels=labels,
         index=cells.index.take(order),
-        ends=tuple(np.bincount(number, minlength=things + 1).cumsum().tolist()),
+        ends=tuple(ends.tolist()),
         step=step,
         nearest_level=nearest_level,
         farthest_level=farthest_level,
