@@ -182,9 +182,7 @@ def _scale(largest: float) -> Levels:
     return Levels(width=0.25, knee=16.0, largest=_ROUND * math.ceil((largest + 1.0) / _ROUND))
 
 
-def column_histogram(
-    cells: "np.ndarray[tuple[int], np.dtype[np.int32]]", *, count: int, width: int
-) -> Float32:
+def column_histogram(cells: Int32, *, count: int, width: int) -> Index:
     """Count pixels per (level, column); the u-disparity image.
 
     Parameters
@@ -196,12 +194,12 @@ def column_histogram(
 
     Returns
     -------
-    ndarray of float32, shape (count, width)
+    ndarray of int64, shape (count, width)
 
     Examples
     --------
     >>> column_histogram(np.array([5, 5, 0]), count=2, width=3)
-    array([[1., 0., 0.], [0., 0., 2.]], dtype=float32)
+    array([[1, 0, 0],
+           [0, 0, 2]])
     """
-    flat = np.bincount(cells, minlength=count * width)
-    return flat.reshape(count, width).astype(np.float32)
+    return np.bincount(cells, minlength=count * width).reshape(count, width)

@@ -124,9 +124,12 @@ class PeakFinder:
 
     def components(self, cell: Int32) -> tuple[UInt16, int]:
         """Return the numbered peaks of the histogram of `cell`, and how many there are."""
-        counts = column_histogram(cell, count=self.levels, width=self.width)
-        around = cv2.boxFilter(counts, -1, (1, 5), normalize=False, borderType=cv2.BORDER_CONSTANT)
-        peaks = ((around >= self.least_rows[:, None]) & (counts > 0)).view(np.uint8)
+        # few cells hold pixels; what is above the first level wraps around to the empty last ones
+        counts = column_histogram(cell, count=self.levels + 2, width=self.width).ravel()
+        filled = np.flatnonzero(counts > 0)
+        around = sum(counts.take(filled + k * self.width, mode="wrap") for k in range(-2, 3))
+        peaks = np.zeros((self.levels, self.width), dtype=np.uint8)
+        peaks.ravel()[filled] = around >= self.least_rows.take(filled // self.width)
         kernel = np.ones((3, 2 * self.gap + 1), dtype=np.uint8)
         closed = cv2.morphologyEx(peaks, cv2.MORPH_CLOSE, kernel)
         return _connected(np.asarray(closed, dtype=np.uint8))

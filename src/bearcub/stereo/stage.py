@@ -23,7 +23,6 @@ from bearcub.stereo.search import search_range
 
 _SOUND = 0.5  # share of matched pixels that leaves no doubt of a map
 _MANY = 0.6  # share of matched pixels that no swapped pair has
-_INFINITE = np.uint32(0x7F800000)  # the bits of infinity as float32
 
 
 class StereoStage:
@@ -199,9 +198,13 @@ def _gate(
 
 def _count_valid(disparity: Float32) -> tuple[int, int]:
     """Return how many disparities are from 0 on and finite, and how many are no numbers."""
-    # the bits of floats from 0 to the largest finite one are the integers in the same order
-    sound = disparity.view(np.uint32) < _INFINITE
-    return int(np.count_nonzero(sound)), int(np.count_nonzero(np.isnan(disparity)))
+    matched = int(np.count_nonzero(disparity == disparity))  # NaN equals nothing
+    # these two leave NaN out
+    smallest, largest = (of.reduce(disparity, axis=None) for of in (np.fmin, np.fmax))
+    if smallest >= 0 and largest < math.inf:
+        return matched, disparity.size - matched
+    valid = int(np.count_nonzero((disparity >= 0) & (disparity < math.inf)))
+    return valid, disparity.size - matched
 
 
 def _taken(
