@@ -30,7 +30,7 @@ class Tracker:
         self._steepest = steepest
         self._noise = noise
         self._tail = noise
-        self._lift = 0.0  # height of the profile above the plane [m]
+        self._lift = self._grade = 0.0  # height of the profile above the plane [m]; bend by level
         self._x: float | None = None
         self.ended = False
         self._upper: list[tuple[float, float]] = []  # height and range of ground beyond a step up
@@ -39,10 +39,10 @@ class Tracker:
 
     def advance(self, level: float, way: Sequence[float]) -> float:
         """Move on to the next bin and return the floor's disparity there less the plane's [px]."""
-        expected = self.bend_at(level)
         if self.ended:
             self._look_beyond(level, way)
             return self.bend_at(level)
+        expected = self.bend_at(level)
         x = self._depth / (level + expected)
         run = 0.0 if self._x is None else max(0.0, x - self._x)
         rise = self._steepest * run
@@ -51,8 +51,8 @@ class Tracker:
         # what goes on as before is the floor, however much stands beside it
         first, last = _between(way, expected - reach, expected + reach)
         if last - first < least:
-            low = self._bend(level, self._lift - rise) - reach
-            high = self._bend(level, self._lift + rise) + reach
+            low = level * self._grade_of(self._lift - rise) - reach
+            high = level * self._grade_of(self._lift + rise) + reach
             first, last = _between(way, low, high)
             if last - first < least:
                 # a step takes most of the way off the floor, to one side
@@ -82,7 +82,7 @@ class Tracker:
             # what a few far pixels say is weighed against how much ground changes over the bin
             change *= 1 / (1 + (doubt / (0.5 * (rise + STEP))) ** 2)
         self._noise = 0.7 * self._noise + 0.3 * min(max(spread, SMALLEST), LARGEST)
-        self._lift += change
+        self._rise(change)
         self._x = there if self._x is None else max(self._x, there)
         return self.bend_at(level)
 
@@ -100,7 +100,7 @@ class Tracker:
             self._upper = [(lift, there)]
         if len(self._upper) >= AGAIN:
             self.regained = len(self._upper)
-            self._lift = sum(lift for lift, _ in self._upper) / self.regained
+            self._rise(sum(lift for lift, _ in self._upper) / self.regained - self._lift)
             self._x, self._upper, self.ended = there, [], False
 
     def _place(self, level: float, bend: float) -> tuple[float, float]:
@@ -110,11 +110,15 @@ class Tracker:
 
     def bend_at(self, level: float) -> float:
         """Return the floor's disparity less the plane's [px]."""
-        return self._bend(level, self._lift)
+        return level * self._grade
 
-    def _bend(self, level: float, lift: float) -> float:
-        """Return the extra disparity [px] of ground that lies `lift` above the plane."""
-        return level * lift / max(self._height - lift, 0.05 * self._height)
+    def _rise(self, change: float) -> None:
+        self._lift += change
+        self._grade = self._grade_of(self._lift)
+
+    def _grade_of(self, lift: float) -> float:
+        """Return the extra disparity of ground that lies `lift` above the plane, over the level."""
+        return lift / max(self._height - lift, 0.05 * self._height)
 
     def spread(self, here: Sequence[float], bend: float) -> float:
         """Return the noise told by the pixels below the floor [px]; the last one when few do."""

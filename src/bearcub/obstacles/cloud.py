@@ -116,6 +116,7 @@ class _InNumpy:
         x, y, self._height = view.points(u, v, disparity.astype(np.float64))
         self._bearing = np.arctan2(y, x)
         self._range = np.sqrt(x * x + y * y)
+        self._ascending = np.sort(self._range)
 
     def sides(self, step: float, share: float) -> tuple[float, float]:
         return _ends(self._bearing, step, share)
@@ -133,7 +134,7 @@ class _InNumpy:
         return counts.tolist(), first.tolist(), middle.tolist()
 
     def range(self, share: float) -> float:
-        return quantile(self._range, share)
+        return float(self._ascending[int(share * (len(self._ascending) - 1) + 0.5)])
 
     def height_before(self, limit: float, share: float) -> float:
         before = self._height[self._range < limit]

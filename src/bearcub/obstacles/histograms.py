@@ -160,9 +160,9 @@ def _in_numpy(
 ) -> Cells:
     index = np.flatnonzero(sorting.between(*span))
     d = sorting.disparity.ravel().take(index)
-    row = index // sorting.standing.shape[1]
-    start = sorting.standing.shape[1] * np.arange(len(shift)) + shift - shift.max()
-    column = (index - start.take(row)).astype(np.int32)
+    rows = sorting.standing.shape[1] * np.arange(len(shift) + 1)  # where they begin, and the end
+    starts = np.repeat(rows[:-1] + shift - shift.max(), np.diff(index.searchsorted(rows)))
+    column = (index - starts).astype(np.int32)
     scale = _scale(float(d.max(initial=0.0)))
     floor = sorting.floor.ravel().take(index)
     return Cells(

@@ -332,17 +332,20 @@ class ObstacleStage:
             witnessed=witnessed,
         )
         hidden = frame.ground.height * median(frame.sorter.tolerance_at(u, v) / own)
-        extent = replace(extent, sigma_width=math.hypot(extent.sigma_width, _FEET * hidden))
-        least = _SURE
-        if self._hangs(extent, hidden):
+        hangs, least = self._hangs(extent, hidden), _SURE
+        if hangs:
             below_the_image = int(v.max()) >= d.shape[0] - MARGIN
             if below_the_image or hidden_below(d, frame.segments, member):
-                extent = replace(extent, bottom=0.0)  # its foot is out of sight
+                hangs = False  # its foot is out of sight
             elif witnessed and goes_on_below(frame.sorter, member):
-                extent, least = replace(extent, bottom=0.0), _SURE_FOOT
-        hangs = self._hangs(extent, hidden)
+                hangs, least = False, _SURE_FOOT
         sure = self._sure(extent, member.pixels, hangs=hangs, witnessed=witnessed)
-        return extent if hangs else replace(extent, bottom=0.0), max(sure, least)
+        seen = replace(
+            extent,
+            bottom=extent.bottom if hangs else 0.0,
+            sigma_width=math.hypot(extent.sigma_width, _FEET * hidden),
+        )
+        return seen, max(sure, least)
 
     def _sure(self, extent: Extent, pixels: int, *, hangs: bool, witnessed: bool) -> float:
         """Return how sure the images must be that this is a thing; inf for what cannot be one.
