@@ -129,7 +129,8 @@ class _Pixels:
     @property
     def d(self) -> Float64:
         """The last one."""
-        return self.uv1d[3]
+        d: Float64 = self.uv1d[3]
+        return d
 
 
 def fit_plane(

@@ -184,7 +184,7 @@ def _ends_in_numpy(look: _Look) -> _Ends:
     )
 
 
-def _pixels(look: _Look) -> tuple[Index, Float64, Index]:
+def _pixels(look: _Look) -> tuple[Index, Float64, Int32]:
     """Return direction, range [m] and label of a grid of pixels: of floor, things and holes."""
     sorting, labels = look.sorting, look.labels
     grid = np.s_[:: look.stride, :: look.stride]

@@ -320,8 +320,8 @@ class ObstacleStage:
         extent = measure(
             frame.view,
             frame.sorter.surface,
-            u + 0.5 * (member.stride - 1),
-            v + 0.5 * (member.stride - 1),
+            (u + 0.5 * (member.stride - 1)).astype(np.float64),
+            (v + 0.5 * (member.stride - 1)).astype(np.float64),
             own,
             stride=member.stride,
             pixels=member.pixels,

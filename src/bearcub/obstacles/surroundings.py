@@ -122,5 +122,5 @@ def _nearer_thing(
     row = np.minimum(member.v + np.array(down)[:, None], d.shape[0] - 1)
     other = segments.labels[row // segments.step, column // segments.step]
     nearer = d[row, column] > d[member.v, member.u]
-    beside: Bool = (other != 0) & (other != member.number) & nearer
-    return beside.any(axis=0)
+    beside: Bool = np.logical_or.reduce((other != 0) & (other != member.number) & nearer)
+    return beside

@@ -198,13 +198,14 @@ def _gate(
 
 def _count_valid(disparity: Float32) -> tuple[int, int]:
     """Return how many disparities are from 0 on and finite, and how many are no numbers."""
-    matched = int(np.count_nonzero(disparity == disparity))  # NaN equals nothing
-    # these two leave NaN out
-    smallest, largest = (of.reduce(disparity, axis=None) for of in (np.fmin, np.fmax))
-    if smallest >= 0 and largest < math.inf:
-        return matched, disparity.size - matched
-    valid = int(np.count_nonzero((disparity >= 0) & (disparity < math.inf)))
-    return valid, disparity.size - matched
+    unmatched = int(np.count_nonzero(np.isnan(disparity)))
+    # these two leave NaN out, and are quick
+    if (
+        np.fmin.reduce(disparity, axis=None) >= 0
+        and np.fmax.reduce(disparity, axis=None) < math.inf
+    ):
+        return disparity.size - unmatched, unmatched
+    return int(np.count_nonzero((disparity >= 0) & (disparity < math.inf))), unmatched
 
 
 def _taken(
