@@ -379,9 +379,9 @@ def _refine(
         weight = (1 - off) * np.minimum(floor * (1 / (_CLOSE * nearest)), 1)
         weight *= weight
         weight *= share
-        equations = (uv1 * (weight / variance)) @ uv1d.T
+        equations = uv1d @ (uv1 * (weight / variance)).T
         try:
-            solved = inverse(equations[:, :3]) @ equations[:, 3]
+            solved = inverse(equations[:3]) @ equations[3]
         except ZeroDivisionError:
             return None
         moved = float(np.abs((solved - plane) @ uv1[:, ::_FEW]).max())
