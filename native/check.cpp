@@ -8,6 +8,7 @@
 #include "src/gate.h"
 #include "src/levels.h"
 #include "src/matcher.h"
+#include "src/parallax.h"
 #include "src/rectifier.h"
 #include "src/refiner.h"
 
@@ -91,6 +92,26 @@ uint64_t rectified(const Level& level) {
     return checksum(answers[1], checksum(answers[0]));
 }
 
+// What seems to stand on a floor that leans and is bent, shown by both steps, however unsure.
+uint64_t feet(const Level& level) {
+    const Shape shape{200, 231, 0, 16, 8};
+    const std::vector<uint8_t> left = noise(shape, false), right = noise(shape, true);
+    const Pair pair{{left.data(), shape.width}, {right.data(), shape.width}, shape.width, 1.5f};
+    std::vector<float> bend;
+    for (int i = 0; i < 400; ++i) bend.push_back(0.01f * static_cast<float>(i % 37));
+    const Surface surface{0.01f, 0.1f, -2.0f, bend.data(), bend.data(), 400};
+    const FeetTuning tuning{0.5f, 0.01f, 10.0f, 0.3f, 32, 8};
+    std::vector<float> found;
+    for (const Strip& strip : {Strip{1, 41, 70, 231}, Strip{2, 20, 45, 115}}) {
+        const std::vector<Band> bands{{0, 9, 8, 4, 0, 33}, {9, 30, 13, 6, 20, strip.rows}};
+        for (const Foot& foot : find_feet(pair, surface, strip, bands, tuning, *level.look)) {
+            const float place = static_cast<float>(foot.v * strip.columns + foot.u);
+            for (const float value : {place, foot.level, foot.sure}) found.push_back(value);
+        }
+    }
+    return checksum(found);
+}
+
 }  // namespace
 
 int main() {
@@ -103,6 +124,7 @@ int main() {
         for (const Case& given : cases) {
             std::printf(" %016llx", static_cast<unsigned long long>(answer(given, level)));
         }
-        std::printf(" %016llx\n", static_cast<unsigned long long>(rectified(level)));
+        std::printf(" %016llx", static_cast<unsigned long long>(rectified(level)));
+        std::printf(" %016llx\n", static_cast<unsigned long long>(feet(level)));
     }
 }

@@ -4,6 +4,7 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
@@ -12,7 +13,9 @@
 #include "cloud.h"
 #include "fit.h"
 #include "grid.h"
+#include "levels.h"
 #include "outline.h"
+#include "parallax.h"
 #include "peaks.h"
 #include "profile.h"
 
@@ -187,6 +190,28 @@ nb::tuple pixels(const Grid<const uint16_t>& labels, int step, int number,
     return nb::make_tuple(owned(std::move(found.u)), owned(std::move(found.v)));
 }
 
+std::vector<std::tuple<int, int, float, float>> feet(
+    const Grey& left, const Grey& right, const std::array<float, 3>& plane,
+    const Row<const float>& bend, float offset, const std::array<int, 4>& strip,
+    const std::vector<std::tuple<float, float, int, int, int, int>>& bands,
+    const FeetTuning& tuning, const std::optional<std::string>& level) {
+    const auto& [step, first, rows, columns] = strip;
+    std::vector<Band> windows;
+    for (const auto& [far, near, wide, tall, top, end] : bands) {
+        windows.push_back({far, near, wide, tall, top, end});
+    }
+    const Pair pair{image_of(left), image_of(right), static_cast<int>(right.shape(1)), offset};
+    std::vector<Foot> found;
+    {
+        const nb::gil_scoped_release release;
+        found = find_feet(pair, surface_of(plane, bend, bend), {step, first, rows, columns}, windows,
+                          tuning, *level_of(level).look);
+    }
+    std::vector<std::tuple<int, int, float, float>> told;
+    for (const Foot& foot : found) told.emplace_back(foot.u, foot.v, foot.level, foot.sure);
+    return told;
+}
+
 Filled filled_of(const Row<const int32_t>& cell, const Row<const bool>& tall,
                  const Row<const bool>& overhead, int levels, int columns) {
     return {cell.data(), tall.data(), overhead.data(), static_cast<int>(cell.shape(0)), levels,
@@ -282,6 +307,11 @@ void bind_after(nb::module_& m) {
     m.def("all_pixels", &pixels, "labels"_a, "step"_a, "number"_a, "window"_a, "whole"_a, "plane"_a,
           "bend"_a, "tolerance"_a, "nearest"_a, "farthest"_a, "left"_a.none(), "right"_a.none(),
           "offset"_a, "tuning"_a);
+    nb::class_<FeetTuning>(m, "FeetTuning")
+        .def(nb::init<float, float, float, float, int, int>(), nb::kw_only(), "sure"_a,
+             "least_share"_a, "most_share"_a, "noise"_a, "around_columns"_a, "around_rows"_a);
+    m.def("find_feet", &feet, "left"_a, "right"_a, "plane"_a, "bend"_a, "offset"_a, "strip"_a,
+          "bands"_a, "tuning"_a, "level"_a = nb::none());
     m.def("count_heights",
           [](const Row<const uint16_t>& number, const Row<const int32_t>& column,
              const Grid<int32_t>& heights) {

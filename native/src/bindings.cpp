@@ -29,14 +29,6 @@ using Map = nb::ndarray<T, nb::ndim<2>, nb::device::cpu>;
 template <class T>
 using Contiguous = nb::ndarray<T, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
-// By itself the best.
-Level level_of(const std::optional<std::string>& name) {
-    for (const Level& level : levels()) {
-        if (!name || *name == level.name) return level;
-    }
-    throw std::invalid_argument("this machine does not run " + name.value_or("any level"));
-}
-
 std::vector<std::string> names() {
     std::vector<std::string> found;
     for (const Level& level : levels()) found.emplace_back(level.name);

@@ -1,15 +1,19 @@
 // Which of the compiled levels this machine runs.
 #include "levels.h"
 
+#include <stdexcept>
+
 namespace bearcub {
 
-#define BEARCUB_DECLARE(name)                                                             \
-    namespace name {                                                                      \
-    extern const Kernels kernels;                                                         \
-    extern const GateKernels gate_kernels;                                                \
-    extern const RefineKernels refine_kernels;                                            \
-    extern const RectifyKernels rectify_kernels;                                          \
-    const Level level{#name, &kernels, &gate_kernels, &refine_kernels, &rectify_kernels}; \
+#define BEARCUB_DECLARE(name)                                                               \
+    namespace name {                                                                        \
+    extern const Kernels kernels;                                                           \
+    extern const GateKernels gate_kernels;                                                  \
+    extern const RefineKernels refine_kernels;                                              \
+    extern const RectifyKernels rectify_kernels;                                            \
+    extern const LookKernels look_kernels;                                                  \
+    const Level level{#name,           &kernels,         &gate_kernels,                     \
+                      &refine_kernels, &rectify_kernels, &look_kernels};                    \
     }
 
 #if defined(__x86_64__)
@@ -42,5 +46,12 @@ BEARCUB_DECLARE(neon)
 std::vector<Level> levels() { return {neon::level}; }
 
 #endif
+
+Level level_of(const std::optional<std::string>& name) {
+    for (const Level& level : levels()) {
+        if (!name || *name == level.name) return level;
+    }
+    throw std::invalid_argument("this machine does not run " + name.value_or("any level"));
+}
 
 }  // namespace bearcub

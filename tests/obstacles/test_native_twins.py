@@ -1,8 +1,11 @@
 """The compiled kernels of the obstacle stage find what their twins in NumPy find."""
 
 import math
+from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,14 +13,16 @@ from hypothesis import strategies as st
 
 from bearcub.geometry import Attitude, Projection, base_from_optical
 from bearcub.ground.surface import Surface
-from bearcub.messages import Float32, Obstacle, Terrain
+from bearcub.messages import Float32, Obstacle, Terrain, UInt8
+from bearcub.obstacles import parallax
 from bearcub.obstacles.cloud import View, cloud_of
 from bearcub.obstacles.free_range import free_range
 from bearcub.obstacles.layers import Painter
+from bearcub.obstacles.parallax import feet
 from bearcub.obstacles.segment import Segments, segment
 from bearcub.obstacles.sorting import Sorter, Sorting
 from bearcub.obstacles.trim import Trimmer
-from bearcub.stereo.native import reason_missing
+from bearcub.stereo.native import core, levels, reason_missing
 
 pytestmark = pytest.mark.skipif(bool(reason_missing()), reason=f"no core: {reason_missing()}")
 
@@ -192,6 +197,86 @@ def test_all_pixels_of_a_thing_are_found(
     for number in counts[0].keys() | counts[1].keys():
         few, many = sorted(found.get(number, 0) for found in counts)
         assert many - few <= 1 + 0.02 * many  # rounding decides of some
+
+
+def boxes_on_a_floor(
+    seed: int, *, surface: Surface, offset: float, gain: float, columns: int
+) -> tuple[UInt8, UInt8]:
+    """Return a textured pair in which upright patches stand on the floor."""
+    random = np.random.default_rng(seed)
+    shape = 240, columns
+    u, v = np.arange(columns)[None, :], np.arange(240)[:, None]
+    d = surface.at(u, v) - np.float32(offset)
+    for _ in range(columns // 50):
+        left, foot = random.integers(0, columns - 14), random.integers(150, 240)
+        box = np.s_[foot - 14 : foot, left : left + 14]
+        d[box] = d[foot - 1, left]
+    right = 120 + cv2.GaussianBlur(random.normal(0, 90, shape), (0, 0), 2.0)
+    at = (u - d).astype(np.float32)
+    row = np.broadcast_to(v.astype(np.float32), shape).copy()
+    left_image = gain * cv2.remap(right.astype(np.float32), at, row, cv2.INTER_LINEAR)
+    one, other = (
+        (image + random.normal(0, 1.5, shape)).clip(0, 255).astype(np.uint8)
+        for image in (left_image, right)
+    )
+    return one, other
+
+
+def surface_of(*, roll: float, bent: float, offset: float) -> Surface:
+    plane = LENS.plane(height=HEIGHT, down=Attitude(pitch=0.1, roll=roll).down())
+    levels = np.arange(16 * 40, dtype=np.float32) / 16
+    return Surface(
+        plane=(plane + np.array([0.0, 0.0, offset])).astype(np.float32),
+        height=HEIGHT,
+        bend=(bent * np.sin(levels)).astype(np.float32),
+        noise=np.full_like(levels, 0.2),
+    )
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    seed=st.integers(0, 2**31),
+    roll=st.floats(-0.2, 0.2),
+    bent=st.floats(0.0, 0.2),
+    offset=st.sampled_from([0.0, 12.0]),  # the second shows what is looked at by half the columns
+    gain=st.floats(0.8, 1.2),
+    columns=st.sampled_from([320, 211, 40]),
+)
+def test_the_same_feet_show(
+    *, seed: int, roll: float, bent: float, offset: float, gain: float, columns: int
+) -> None:
+    surface = surface_of(roll=roll, bent=bent, offset=offset)
+    pair = boxes_on_a_floor(seed, surface=surface, offset=offset, gain=gain, columns=columns)
+    first, second = (
+        {
+            (foot.u, foot.v): foot
+            for foot in feet(*pair, surface, baseline=0.12, offset=offset, compiled=compiled)
+        }
+        for compiled in (True, False)
+    )
+    for place in first.keys() ^ second.keys():
+        assert (first.get(place) or second[place]).sure < 7.2  # rounding decides
+    for place in first.keys() & second.keys():
+        # a few grey levels are rounded to the other side
+        assert first[place].sure == pytest.approx(second[place].sure, rel=0.03)
+        assert first[place].level == pytest.approx(second[place].level, rel=1e-5)
+
+
+@pytest.mark.parametrize("offset", [0.0, 12.0])
+def test_feet_are_the_same_to_the_bit_on_every_instruction_set(
+    monkeypatch: pytest.MonkeyPatch, *, offset: float
+) -> None:
+    surface = surface_of(roll=0.05, bent=0.1, offset=offset)
+    pair = boxes_on_a_floor(2, surface=surface, offset=offset, gain=1.1, columns=320)
+    found = []
+    for level in levels():
+        of_level = SimpleNamespace(
+            find_feet=partial(core.find_feet, level=level), FeetTuning=core.FeetTuning
+        )
+        monkeypatch.setattr(parallax, "core", of_level)
+        found.append(feet(*pair, surface, baseline=0.12, offset=offset))
+    assert len(found[0]) > 0
+    assert all(other == found[0] for other in found)
 
 
 def an_obstacle(identity: int, base: float) -> Obstacle:

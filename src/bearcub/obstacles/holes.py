@@ -166,10 +166,13 @@ def find_holes(
     )
     found = []
     for region in regions_below(below, sorter, segments.step):
+        # few regions are shown by the images: to ask for that first is quickest
+        if not _shown(region, witness, sorter, offset, narrow=False):
+            continue
         hole = _judge(region, scene)
         if hole is None:
             continue
-        if _shown(region, witness, sorter, offset, narrow=hole.width < _NARROW):
+        if hole.width >= _NARROW or _shown(region, witness, sorter, offset, narrow=True):
             found.append((hole, region))
     found = _apart(found)
     found.sort(key=lambda item: item[0].distance)

@@ -24,13 +24,16 @@ References
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
+from typing import Any
 
 import cv2
 import numpy as np
 
 from bearcub.ground.surface import Surface
 from bearcub.messages import Float32, UInt8
+from bearcub.stereo.native import COMPILED, core
 
 SIZE = 0.1  # width and height of the thing that is looked for [m]
 _SURE = 7.0  # standard errors by which it must show
@@ -64,23 +67,42 @@ class Foot:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Warped:
-    """The rows of floor between two levels, the right image warped to the left one.
+class _Band:
+    """Rows of a strip, `first` to `end`, whose levels from `far` to `near` one window fits.
 
-    `step` full columns and ``2 step`` full rows are one pixel here; `at` is the column of the right
-    image.
+    It has `wide` columns and `tall` rows.
     """
 
-    left: UInt8
-    right: UInt8
-    floor: Float32
-    at: Float32
+    far: float
+    near: float
+    wide: int
+    tall: int
     first: int
+    end: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Strip:
+    """The rows of floor between two levels, and above it a thing's height.
+
+    `step` full columns and ``2 step`` full rows are one pixel here, from the full row `first` on.
+    """
+
     step: int
+    first: int
+    rows: int
+    columns: int
+    bands: list[_Band]
 
 
 def feet(
-    left: UInt8, right: UInt8, surface: Surface, *, baseline: float, offset: float
+    left: UInt8,
+    right: UInt8,
+    surface: Surface,
+    *,
+    baseline: float,
+    offset: float,
+    compiled: bool = COMPILED,
 ) -> list[Foot]:
     """Find where things of about `SIZE` seem to stand on the floor.
 
@@ -94,6 +116,9 @@ def feet(
         [m].
     offset : float
         In the floor's disparities, not in the images [px].
+    compiled : bool
+        By the native core, ``native/src/parallax.cpp``; else by NumPy. The same but for rounding,
+        which decides of what is hardly sure enough.
 
     Returns
     -------
@@ -104,12 +129,46 @@ def feet(
     farthest, nearest = (share * per_parallax for share in _PARALLAX)
     farthest = max(farthest, _LEAST_COLUMNS * baseline / SIZE)
     full = min(max(_FULL_COLUMNS * baseline / SIZE, farthest), nearest)
+    find = _compiled if compiled else _peaks
     found: list[Foot] = []
     for step, low, high in ((1, farthest, full), (2, full, nearest)):
-        warped = _warped(left, right, surface, low, high, step=step, offset=offset)
-        if warped is not None:
-            found += _peaks(warped, surface, low, high, per_level=SIZE / baseline)
+        strip = _strip(left.shape, surface, low, high, step=step, per_level=SIZE / baseline)
+        if strip is None:
+            continue
+        for column, row, level, sure in find(left, right, surface, strip, offset):
+            u, v = step * column + step // 2, strip.first + 2 * step * row + step
+            found.append(Foot(u=u, v=v, level=level, sure=sure))
     return sorted(found, key=lambda foot: -foot.sure)
+
+
+def _strip(
+    shape: tuple[int, ...],
+    surface: Surface,
+    low: float,
+    high: float,
+    *,
+    step: int,
+    per_level: float,
+) -> _Strip | None:
+    """Return the strip between two levels; a thing has `per_level` columns by its foot's level."""
+    if surface.plane[1] <= 0 or high <= low:
+        return None
+    first, end = _rows(surface, low, high, shape[1])
+    first = max(0, first - 2 * step * math.ceil(_LEAST_COLUMNS))
+    rows, columns = (min(shape[0], end) - first) // (2 * step), shape[1] // step
+    if min(rows, columns) < _LEAST_COLUMNS:
+        return None
+    count = max(1, math.ceil(math.log(high / low) / math.log(_BAND)))
+    bands = []
+    for far, near in pairwise(low * (high / low) ** (k / count) for k in range(count + 1)):
+        size = math.sqrt(near * far) * per_level / step
+        tall = round(0.5 * size) + 1
+        top, bottom = ((row - first) // (2 * step) for row in _rows(surface, far, near, shape[1]))
+        top, bottom = max(0, top - tall), min(rows, bottom + 1)
+        if bottom - top >= tall:
+            wide = round(size) + 2
+            bands.append(_Band(far=far, near=near, wide=wide, tall=tall, first=top, end=bottom))
+    return _Strip(step=step, first=first, rows=rows, columns=columns, bands=bands)
 
 
 def _rows(surface: Surface, low: float, high: float, columns: int) -> tuple[int, int]:
@@ -119,48 +178,107 @@ def _rows(surface: Surface, low: float, high: float, columns: int) -> tuple[int,
     return math.floor(min(ends)), math.ceil(max(ends)) + 1
 
 
-def _warped(
-    left: UInt8,
-    right: UInt8,
-    surface: Surface,
-    low: float,
-    high: float,
-    *,
-    step: int,
-    offset: float,
-) -> _Warped | None:
-    """Return the floor between two levels, and above it a thing's height."""
-    a, b, c = surface.plane.tolist()
-    if b <= 0 or high <= low:
-        return None
-    rows, columns = left.shape
-    first, end = _rows(surface, low, high, columns)
-    first = max(0, first - 2 * step * math.ceil(_LEAST_COLUMNS))
-    count, width = (min(rows, end) - first) // (2 * step), columns // step
-    if count < _LEAST_COLUMNS:
-        return None
-    window = np.s_[first : first + 2 * step * count, : step * width]
-    grey = [_shrunk(image[window], step) for image in (left, right)]
-    # pixels' middles; the bend is smooth
-    u = step * np.arange(width, dtype=np.float32) + np.float32(0.5 * (step - 1))
-    v = first + 2 * step * np.arange(count, dtype=np.float32) + np.float32(step - 0.5)
-    floor = (b * v + c)[:, None] + a * u[None, :]
-    coarse = _coarse(floor.shape)[0]
-    middles = (np.arange(coarse, dtype=np.float32) + np.float32(0.5)) * np.float32(columns / coarse)
-    bend = surface.look_up(surface.bend, surface.entry((b * v + c)[:, None] + a * middles[None, :]))
-    floor += np.asarray(cv2.resize(bend, (width, count)), dtype=np.float32)
-    at = floor * np.float32(-1 / step)
-    at += np.arange(width, dtype=np.float32) + np.float32(offset / step)
-    row = np.repeat(np.arange(count, dtype=np.float32)[:, None], width, axis=1)
-    warped = cv2.remap(grey[1], at, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return _Warped(
-        left=grey[0],
-        right=np.asarray(warped, dtype=np.uint8),
-        floor=floor,
-        at=at,
-        first=first,
-        step=step,
+def _compiled(
+    left: UInt8, right: UInt8, surface: Surface, strip: _Strip, offset: float
+) -> list[tuple[int, int, float, float]]:
+    bands = [(b.far, b.near, b.wide, b.tall, b.first, b.end) for b in strip.bands]
+    found: list[tuple[int, int, float, float]] = core.find_feet(
+        left,
+        right,
+        surface.plane.tolist(),
+        surface.bend,
+        offset,
+        (strip.step, strip.first, strip.rows, strip.columns),
+        bands,
+        _tuning(),
     )
+    return found
+
+
+@cache
+def _tuning() -> Any:
+    """Return the numbers above for the native core."""
+    return core.FeetTuning(
+        sure=_SURE,
+        least_share=_SHARES[0],
+        most_share=_SHARES[1],
+        noise=_NOISE,
+        around_columns=_AROUND[0],
+        around_rows=_AROUND[1],
+    )
+
+
+def _peaks(
+    left: UInt8, right: UInt8, surface: Surface, strip: _Strip, offset: float
+) -> Iterator[tuple[int, int, float, float]]:
+    """Yield column and row, in the strip, of each foot, its level, and how sure it is."""
+    fall = math.hypot(*surface.plane[:2].tolist())  # of the floor's disparity by the row
+    one, other, floor = _warped(left, right, surface, strip, offset)
+    g, difference, noise = _contrast(one, other)
+    energy, seen = g * g, np.multiply(g, difference, out=difference)
+    for band in strip.bands:
+        part = slice(band.first, band.end)
+        parallax = 2 * fall * (np.arange(band.tall, 0, -1, dtype=np.float32) - np.float32(0.5))
+        expected = _summed(energy[part], band.wide, parallax * parallax)
+        together = _summed(seen[part], band.wide, parallax)
+        variance = expected * noise[part]
+        likely = np.flatnonzero(together * together > np.float32(_SURE**2) * variance)
+        v, u = np.divmod(likely, strip.columns)
+        level, share = floor[part][v, u], together[v, u] / expected[v, u]
+        stands = (level >= band.far) & (level < band.near)
+        stands &= (share > _SHARES[0]) & (share < _SHARES[1])
+        stands &= u - (level - offset) / strip.step > band.wide
+        stands &= u < strip.columns - band.wide
+        if not stands.any():
+            continue
+        v, u, level = v[stands], u[stands], level[stands]
+        sure = np.zeros_like(variance)
+        sure[v, u] = together[v, u] / np.sqrt(variance[v, u])
+        highest = cv2.dilate(sure, np.ones((5, 2 * band.wide + 1), dtype=np.uint8))
+        peak = sure[v, u] >= highest[v, u]
+        columns = (u, v + band.first, level, sure[v, u])
+        yield from zip(*(column[peak].tolist() for column in columns), strict=True)
+
+
+def _warped(
+    left: UInt8, right: UInt8, surface: Surface, strip: _Strip, offset: float
+) -> tuple[UInt8, UInt8, Float32]:
+    """Return a strip of the left image, the right one warped to it, and the floor's disparity."""
+    a, b, c = surface.plane.tolist()
+    step, rows, columns = strip.step, strip.rows, strip.columns
+    window = np.s_[strip.first : strip.first + 2 * step * rows, : step * columns]
+    one, other = (_shrunk(image[window], step) for image in (left, right))
+    # pixels' middles
+    u = step * np.arange(columns, dtype=np.float32) + np.float32(0.5 * (step - 1))
+    v = strip.first + 2 * step * np.arange(rows, dtype=np.float32) + np.float32(step - 0.5)
+    parts, _ = _coarse((rows, columns))  # the bend is smooth
+    middles = (np.arange(parts, dtype=np.float32) + np.float32(0.5)) * (left.shape[1] / parts)
+    levels = b * v[:, None] + c
+    bend = surface.look_up(surface.bend, surface.entry(levels + a * middles))
+    floor = np.asarray(cv2.resize(bend, (columns, rows)), dtype=np.float32)
+    floor += levels
+    floor += a * u
+    at = (floor - np.float32(offset)) * np.float32(-1 / step)
+    at += np.arange(columns, dtype=np.float32)
+    return one, _linear(other, np.clip(at, 0, columns - 1, out=at)), floor
+
+
+def _linear(image: UInt8, at: Float32) -> UInt8:
+    """Return an image at fractional columns, none of which lies outside.
+
+    OpenCV before 5 would round them to thirty-seconds.
+    """
+    pixels = np.append(image, image[-1, -1])
+    whole = np.floor(at)
+    at -= whole
+    index = whole.astype(np.intp)
+    index += image.shape[1] * np.arange(len(image))[:, None]
+    here = pixels[index].astype(np.float32)
+    index += 1
+    at *= pixels[index] - here
+    at += here
+    at += np.float32(0.5)
+    return at.astype(np.uint8)
 
 
 def _shrunk(image: UInt8, step: int) -> UInt8:
@@ -170,45 +288,6 @@ def _shrunk(image: UInt8, step: int) -> UInt8:
         size = image.shape[1] // 2, image.shape[0] // 4
         halved = cv2.resize(halved, size, interpolation=cv2.INTER_AREA)
     return np.asarray(halved, dtype=np.uint8)
-
-
-def _peaks(
-    warped: _Warped, surface: Surface, low: float, high: float, *, per_level: float
-) -> Iterator[Foot]:
-    """Yield the feet between two levels; a thing has `per_level` columns by its foot's level."""
-    step, (rows, columns) = warped.step, warped.floor.shape
-    fall = math.hypot(*surface.plane[:2].tolist())  # of the floor's disparity by the row
-    g, difference, noise = _contrast(warped.left, warped.right)
-    energy, seen = g * g, g * difference
-    bands = max(1, math.ceil(math.log(high / low) / math.log(_BAND)))
-    edges = [low * (high / low) ** (k / bands) for k in range(bands + 1)]
-    for far, near in pairwise(edges):
-        size = math.sqrt(near * far) * per_level / step
-        wide, tall = round(size) + 2, round(0.5 * size) + 1
-        first, end = _rows(surface, far, near, step * columns)
-        first, end = ((row - warped.first) // (2 * step) for row in (first, end))
-        part = slice(max(0, first - tall), min(rows, end + 1))
-        if part.stop - part.start < tall:
-            continue
-        parallax = 2 * fall * (np.arange(tall, 0, -1, dtype=np.float32) - np.float32(0.5))
-        expected = _summed(energy[part], wide, parallax * parallax)
-        together = _summed(seen[part], wide, parallax)
-        sure = together / np.sqrt(expected * noise[part] + np.float32(1e-6))
-        sure[:, -wide:] = 0
-        if float(sure.max()) <= _SURE:
-            continue
-        floor = warped.floor[part]
-        sure *= (floor >= far) & (floor < near) & (warped.at[part] > wide)
-        sure *= (together > _SHARES[0] * expected) & (together < _SHARES[1] * expected)
-        highest = cv2.dilate(sure, np.ones((5, 2 * wide + 1), dtype=np.uint8))
-        index = np.flatnonzero((sure >= highest) & (sure > _SURE))
-        for v, u in zip(*(k.tolist() for k in np.divmod(index, sure.shape[1])), strict=True):
-            yield Foot(
-                u=step * u + step // 2,
-                v=warped.first + 2 * step * (v + part.start) + step,
-                level=float(floor[v, u]),
-                sure=float(sure[v, u]),
-            )
 
 
 def _contrast(left: UInt8, right: UInt8) -> tuple[Float32, Float32, Float32]:
@@ -238,7 +317,9 @@ def _coarse(shape: tuple[int, ...]) -> tuple[int, int]:
 
 
 def _averaged(image: Float32, size: tuple[int, int]) -> Float32:
-    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
+    for part in ((size[0], len(image)), size):  # fastest by whole numbers of columns alone
+        image = np.asarray(cv2.resize(image, part, interpolation=cv2.INTER_AREA), dtype=np.float32)
+    return image
 
 
 def _summed(image: Float32, wide: int, weight: Float32) -> Float32:

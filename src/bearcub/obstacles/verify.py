@@ -23,6 +23,7 @@ _SAMPLES = 1500
 PATCH = 9.0  # neighbouring pixels that witness together
 _LARGEST = 40.0  # difference that says all there is to say [grey levels]
 _SHARES = (0.5, 1.0, 1.5)  # of a shift of many pixels that is tried: their median is no mean
+_LAST = 1.001  # how far from the end of a row there is a column to the right [px]
 _TOGETHER = 3.0  # neighbouring pixels whose noise is one, where they share one shift
 
 Index = NDArray[np.int64]
@@ -87,13 +88,14 @@ class Witness:
         Parameters are those of `supports`, with nothing unmatched. Of shape (N,), squared
         differences of grey levels.
         """
-        margin = window[1] // 2
-        first = max(0, int(v.min()) - margin)
-        rows = slice(first, int(v.max()) + margin + 1)
-        right = _flattened(self.right[rows], window)
-        here = _flattened(self.left[rows], window)[v - first, u]
-        off = _squared(here - _between(right, u - claimed, v - first))
-        on = _squared(here - _between(right, u - floor, v - first))
+        rows = _around(v, window[1], len(self.left))
+        columns = _around(u, window[0], self.left.shape[1])
+        v = v - rows.start
+        here = _flattened(self.left[rows, columns], window)[v, u - columns.start]
+        at = np.clip(u - np.stack([claimed, floor]), 0, self.right.shape[1] - _LAST)
+        columns = _around(at, window[0], self.right.shape[1])
+        right = _flattened(self.right[rows, columns], window)
+        off, on = _squared(here - _between(right, at - columns.start, v))
         gain: Float32 = on - off
         return gain
 
@@ -196,6 +198,12 @@ def _claims(sorter: Sorter, u: Index, v: Index, offset: float) -> tuple[Float32,
     return sorter.disparity[v, u] - shift, floor - shift
 
 
+def _around(places: NDArray[np.generic], window: int, size: int) -> slice:
+    """Return the rows or columns of all windows around these places, and one more."""
+    first, last = int(places.min()), int(places.max())
+    return slice(max(0, first - window // 2), min(size, last + 2 + window // 2))
+
+
 def _squared(difference: Float32) -> Float32:
     limited: Float32 = np.minimum(np.abs(difference), np.float32(_LARGEST))
     return limited * limited
@@ -203,7 +211,7 @@ def _squared(difference: Float32) -> Float32:
 
 def _between(image: Float32, u: Float32, v: Index) -> Float32:
     """Return an image at fractional columns, linear between."""
-    u = np.clip(u, 0, image.shape[1] - 1.001)
+    u = np.clip(u, 0, image.shape[1] - _LAST)
     whole = u.astype(np.int64)
     part = (u - whole).astype(np.float32)
     value: Float32 = (1 - part) * image[v, whole] + part * image[v, whole + 1]

@@ -138,6 +138,30 @@ def all_pixels(
     tuning: TrimTuning,
 ) -> tuple[_Long, _Long]: ...
 
+class FeetTuning:
+    def __init__(
+        self,
+        *,
+        sure: float,
+        least_share: float,
+        most_share: float,
+        noise: float,
+        around_columns: int,
+        around_rows: int,
+    ) -> None: ...
+
+def find_feet(
+    left: _Bytes,
+    right: _Bytes,
+    plane: list[float],
+    bend: _Float,
+    offset: float,
+    strip: tuple[int, int, int, int],
+    bands: list[tuple[float, float, int, int, int, int]],
+    tuning: FeetTuning,
+    level: str | None = None,
+) -> list[tuple[int, int, float, float]]: ...
+
 class Cloud:
     def __init__(
         self,

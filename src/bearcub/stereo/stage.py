@@ -136,8 +136,10 @@ class StereoStage:
         if self._sharpen is not None:
             disparity = self._sharpen(left, right, disparity)
         offset = epipolar_offset(left, right, disparity) if self._align else math.nan
+        if self._doffs != 0.0:
+            disparity += np.float32(self._doffs)
         return _taken(
-            disparity + np.float32(self._doffs),
+            disparity,
             smallest=self._matcher.smallest + self._doffs,
             largest=self.largest,
             offset=offset,

@@ -1,0 +1,22 @@
+// Where the images alone tell the foot of a small thing: the twin of
+// src/bearcub/obstacles/parallax.py, which has the reasons.
+#pragma once
+
+#include <vector>
+
+#include "grid.h"
+#include "outline.h"
+#include "parallax_kernels.h"
+
+namespace bearcub {
+
+// In pixels of the strip.
+struct Foot {
+    int u, v;
+    float level, sure;
+};
+
+std::vector<Foot> find_feet(const Pair&, const Surface&, const Strip&, const std::vector<Band>&,
+                            const FeetTuning&, const LookKernels&);
+
+}  // namespace bearcub
