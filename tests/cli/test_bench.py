@@ -32,7 +32,8 @@ def test_several_sizes_are_measured_on_the_threads_asked_for(bearcub: Any) -> No
 def test_the_sample_is_played_as_a_video(bearcub: Any) -> None:
     found = json.loads(bearcub("bench", "--video", "--frames", 2, *SMALL, "--json").out)
     assert found["schema"] == "bearcub.bench/1"
-    assert (found["size"], found["frames"], found["matcher"]) == ([160, 120], 2, "sgbm")
+    assert (found["size"], found["frames"]) == ([160, 120], 2)
+    assert found["matcher"] == ("sgbm" if reason_missing() else "native")
     assert list(found["stages_ms"]) == ["decode", "rectify", "match", "answer", "overlay"]
     assert found["age_ms"]["p50"] > found["stages_ms"]["answer"]["p50"]
     assert found["rate_hz"] > 0

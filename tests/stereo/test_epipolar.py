@@ -71,13 +71,31 @@ def test_wrong_matches_do_not_pull_the_median() -> None:
     assert epipolar_offset(left, right, disparity) == pytest.approx(0.7, abs=0.1)
 
 
-def test_without_matches_or_texture_it_is_unknown() -> None:
+@pytest.mark.parametrize("rows", [-3.4, 0.0, 2.0, 3.0])
+@pytest.mark.parametrize("left_over", ["few", "wrong"])
+def test_where_hardly_anything_is_matched_the_rows_around_are_searched(
+    rows: float, left_over: str
+) -> None:
+    left, right = textured_pair(rows, disparity=8.4)
+    disparity = np.full(left.shape, np.nan, np.float32)
+    if left_over == "few":
+        disparity[:, 200:260] = 21.0  # as a matcher leaves where rows are off
+    else:
+        disparity[:] = rng.uniform(0, 40, left.shape)
+    assert epipolar_offset(left, right, disparity, largest=64) == pytest.approx(rows, abs=0.15)
+
+
+def test_without_texture_it_is_unknown() -> None:
+    blank = np.full((240, 320), 90, np.uint8)
+    assert math.isnan(epipolar_offset(blank, blank, np.zeros(blank.shape, np.float32)))
+    assert math.isnan(epipolar_offset(blank, blank, np.full(blank.shape, np.nan, np.float32)))
+
+
+@pytest.mark.parametrize("nothing", [np.nan, np.inf])
+def test_without_matches_it_is_searched_for(nothing: float) -> None:
     left, right = textured_pair(0.7, disparity=8.4)
-    nothing = np.full(left.shape, np.nan, np.float32)
-    assert math.isnan(epipolar_offset(left, right, nothing))
-    blank = np.full_like(left, 90)
-    assert math.isnan(epipolar_offset(blank, blank, np.zeros(left.shape, np.float32)))
-    assert math.isnan(epipolar_offset(left, right, np.full(left.shape, np.inf, np.float32)))
+    disparity = np.full(left.shape, nothing, np.float32)
+    assert epipolar_offset(left, right, disparity) == pytest.approx(0.7, abs=0.1)
 
 
 @pytest.mark.parametrize("shape", [(16, 16), (23, 64), (47, 30)])

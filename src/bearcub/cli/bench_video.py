@@ -27,6 +27,7 @@ from bearcub.runtime.feed import Feed
 from bearcub.runtime.loop import deferred_interrupt
 from bearcub.runtime.sample_video import sample_video
 from bearcub.runtime.tilt import same_tilt
+from bearcub.stereo.choice import matcher_in_place
 
 
 def play_files(args: argparse.Namespace, config: Config, *, frames: int) -> int:
@@ -95,7 +96,7 @@ def _play(
 
 def _print(args: argparse.Namespace, config: Config, played: Played) -> None:
     spent = summarise(played.times)
-    matcher, threads = config.matching.matcher, config.matching.threads
+    matcher, threads = matcher_in_place(config.matching), config.matching.threads
     width, height = played.size
     if args.json:
         age = spent.pop(AGE)

@@ -62,6 +62,12 @@ def matcher_for(search: SearchRange, matching: Matching) -> Matcher:
     )
 
 
+def matcher_in_place(matching: Matching) -> str:
+    """Return the name of the matcher that does the work where the native one is not there."""
+    missing = matching.matcher == "native" and reason_missing()
+    return "sgbm" if missing else matching.matcher
+
+
 def refinement(*, threads: int) -> Refinement:
     """Return the fastest form of the refinement that is there; all do the same."""
     return refine if reason_missing() else NativeRefinement(threads=threads)

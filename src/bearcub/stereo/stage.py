@@ -135,7 +135,9 @@ class StereoStage:
             self._order_settled = self._check_order(left, right, disparity)
         if self._sharpen is not None:
             disparity = self._sharpen(left, right, disparity)
-        offset = epipolar_offset(left, right, disparity) if self._align else math.nan
+        offset = math.nan
+        if self._align:
+            offset = epipolar_offset(left, right, disparity, largest=self._matcher.largest)
         if self._doffs != 0.0:
             disparity += np.float32(self._doffs)
         return _taken(
