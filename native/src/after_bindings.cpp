@@ -246,13 +246,13 @@ void bind_after(nb::module_& m) {
              "most_noise"_a, "remote"_a, "below"_a, "near"_a, "whole"_a, "half_width"_a, "close"_a,
              "biweight"_a);
     nb::class_<ProfileTuning>(m, "ProfileTuning")
-        .def(nb::init<double, double, double, int, double, double, int, int, double, int, double,
-                      double, double, double, int, double, double, double, double, double,
-                      double>(),
+        .def(nb::init<double, double, double, int, double, double, int, int, int, double, int,
+                      double, double, double, double, int, double, double, double, double, double,
+                      double, double>(),
              nb::kw_only(), "knee"_a, "near_bin"_a, "far_bin"_a, "near_bins"_a, "iqr"_a,
-             "farthest"_a, "rows"_a, "columns"_a, "half_width"_a, "least"_a, "share"_a, "step"_a,
-             "correlated"_a, "deep"_a, "again"_a, "highest_step"_a, "mixed"_a, "smallest"_a,
-             "largest"_a, "rounding"_a, "most"_a);
+             "farthest"_a, "rows"_a, "columns"_a, "reach"_a, "half_width"_a, "least"_a, "share"_a,
+             "step"_a, "correlated"_a, "deep"_a, "again"_a, "highest_step"_a, "mixed"_a,
+             "smallest"_a, "largest"_a, "noisiest"_a, "rounding"_a, "most"_a);
     m.def("fit_plane", &fit);
     m.def("follow_floor", &follow);
     m.def("sort_pixels", &sort);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -22,23 +23,40 @@ struct Residuals {
     }
     // Those strictly between two values.
     std::pair<int, int> between(double low, double high) const { return {up_to(low), below(high)}; }
+    std::pair<int, int> from_to(double low, double high) const { return {below(low), up_to(high)}; }
 };
 
 struct Entry {
     uint32_t key;  // the residual's bits, in the order of the numbers
     uint16_t bin;
-    uint8_t way, half;  // on the way ahead; every second one
+    // on the way ahead; every second one; nearer with the row, as ground is
+    uint8_t way, half, lying;
+};
+
+// The residuals of one bin after another.
+struct Bins {
+    std::vector<float> values;
+    std::vector<int> ends;
+
+    void clear(int count) {
+        values.clear();
+        ends.assign(count, 0);
+    }
+    void end(int bin) { ends[bin] = static_cast<int>(values.size()); }
+    Residuals operator[](int bin) const {
+        const int first = bin ? ends[bin - 1] : 0;
+        return {values.data() + first, ends[bin] - first};
+    }
 };
 
 struct Scratch {
     std::vector<double> levels;
     std::vector<float> residuals;
-    std::vector<uint8_t> way;
+    std::vector<uint8_t> way, lying;
     std::vector<double> edges, sorted_levels;
     std::vector<int> starts;  // the first bin that a level can be in, by fractions of a pixel
     std::vector<Entry> entries, other;
-    std::vector<float> here, ahead;
-    std::vector<int> here_ends, ahead_ends;
+    Bins here, ahead, lying_here, lying_ahead;
 };
 
 uint32_t to_key(float x) {
@@ -73,14 +91,51 @@ void sort(std::vector<Entry>& entries, std::vector<Entry>& other) {
     pass(entries, other, [](const Entry& e) { return e.bin; });
 }
 
+// Tells where disparity grows with the row at least as it does on the steepest ground there.
+// The pixel's own has no say: what errs to the far side would seem to grow.
+class Climb {
+public:
+    Climb(const Disparity& map, const JustAhead& start, double depth, const ProfileTuning& tuning)
+        : map_(map),
+          reach_(std::max(4, map.rows / tuning.reach)),
+          rate_(start.plane.b * start.height * std::hypot(1.0, start.steepest)),
+          height_(start.height),
+          rise_(start.steepest * depth) {}
+
+    bool lies(int v, int u, double level) const {
+        float upper = at(v - reach_, u), lower = at(v + reach_, u);
+        const bool both = std::isfinite(upper) && std::isfinite(lower);
+        if (!std::isfinite(upper)) {
+            upper = lower;
+            lower = at(v + 2 * reach_, u);
+        } else if (!both) {
+            lower = upper;
+            upper = at(v - 2 * reach_, u);
+        }
+        return (lower - upper) * (height_ * level + rise_) > (both + 1) * reach_ * rate_ * level;
+    }
+
+private:
+    float at(int v, int u) const {
+        return v >= 0 && v < map_.rows ? map_.at(v, u) : std::numeric_limits<float>::quiet_NaN();
+    }
+
+    const Disparity& map_;
+    const int reach_;
+    const double rate_, height_, rise_;
+};
+
 // Takes a grid of pixels on or about the floor; returns the share of them that is measured.
-double sample(const Disparity& map, const Lens& lens, const Plane& plane,
+double sample(const Disparity& map, const Lens& lens, const JustAhead& start, double depth,
               const ProfileTuning& tuning, Scratch& scratch) {
+    const Plane& plane = start.plane;
+    const Climb climb(map, start, depth, tuning);
     const int down = std::max(1, map.rows / tuning.rows);
     const int right = std::max(1, map.columns / tuning.columns);
     scratch.levels.clear();
     scratch.residuals.clear();
     scratch.way.clear();
+    scratch.lying.clear();
     int ahead = 0;
     for (int v = down / 2; v < map.rows; v += down) {
         for (int u = right / 2; u < map.columns; u += right) {
@@ -93,7 +148,10 @@ double sample(const Disparity& map, const Lens& lens, const Plane& plane,
             const double residual = std::min(std::max(d - level, -tuning.most), tuning.most);
             scratch.levels.push_back(level);
             scratch.residuals.push_back(static_cast<float>(residual));
-            scratch.way.push_back(std::abs(lateral) < tuning.half_width);
+            const bool way = std::abs(lateral) < tuning.half_width;
+            const bool asked = way || scratch.levels.size() % 2 == 1;  // see sort_bins
+            scratch.way.push_back(way);
+            scratch.lying.push_back(asked && climb.lies(v, u, level));
         }
     }
     return std::max<double>(1, scratch.levels.size()) / std::max(1, ahead);
@@ -113,7 +171,8 @@ void lay_bins(double nearest, const ProfileTuning& tuning, std::vector<double>& 
     for (double& edge : edges) edge = tuning.farthest * std::exp(edge);
 }
 
-// Sorts the residuals of every bin: half of all for the noise, those of the way for the floor.
+// Sorts the residuals of every bin: half of all for the noise, those of the way for the floor,
+// and of these once more what lies.
 void sort_bins(Scratch& scratch) {
     constexpr double kSteps = 8;
     const std::vector<double>& edges = scratch.edges;
@@ -131,28 +190,28 @@ void sort_bins(Scratch& scratch) {
         bin = scratch.starts[static_cast<int>(level * kSteps)];
         while (edges[bin + 1] < level) ++bin;
         scratch.entries.push_back({to_key(scratch.residuals[i]), static_cast<uint16_t>(bin),
-                                   scratch.way[i], static_cast<uint8_t>(i % 2 == 0)});
+                                   scratch.way[i], static_cast<uint8_t>(i % 2 == 0),
+                                   scratch.lying[i]});
     }
     sort(scratch.entries, scratch.other);
-    scratch.here.clear();
-    scratch.ahead.clear();
-    scratch.here_ends.assign(count, 0);
-    scratch.ahead_ends.assign(count, 0);
+    for (Bins* bins : {&scratch.here, &scratch.ahead, &scratch.lying_here, &scratch.lying_ahead}) {
+        bins->clear(count);
+    }
     std::size_t i = 0;
     for (bin = 0; bin < count; ++bin) {
         for (; i < scratch.entries.size() && scratch.entries[i].bin == bin; ++i) {
-            const float residual = from_key(scratch.entries[i].key);
-            if (scratch.entries[i].half) scratch.here.push_back(residual);
-            if (scratch.entries[i].way) scratch.ahead.push_back(residual);
+            const Entry& entry = scratch.entries[i];
+            const float residual = from_key(entry.key);
+            if (entry.half) scratch.here.values.push_back(residual);
+            if (entry.way) scratch.ahead.values.push_back(residual);
+            if (entry.half && entry.lying) scratch.lying_here.values.push_back(residual);
+            if (entry.way && entry.lying) scratch.lying_ahead.values.push_back(residual);
         }
-        scratch.here_ends[bin] = static_cast<int>(scratch.here.size());
-        scratch.ahead_ends[bin] = static_cast<int>(scratch.ahead.size());
+        scratch.here.end(bin);
+        scratch.ahead.end(bin);
+        scratch.lying_here.end(bin);
+        scratch.lying_ahead.end(bin);
     }
-}
-
-Residuals of_bin(const std::vector<float>& values, const std::vector<int>& ends, int bin) {
-    const int first = bin ? ends[bin - 1] : 0;
-    return {values.data() + first, ends[bin] - first};
 }
 
 // Where the profile is while it is followed outwards.
@@ -171,7 +230,7 @@ public:
     int regained = 0;  // bins that turned out to be ground beyond a step, the last one included
 
     // Moves on to the next bin; returns the floor's disparity there less the plane's.
-    double advance(double level, Residuals way) {
+    double advance(double level, Residuals way, Residuals lying) {
         const double expected = bend_at(level);
         if (ended) {
             look_beyond(level, way);
@@ -195,14 +254,20 @@ public:
                 return expected;
             }
         }
+        // what stands there is no ground, and where nothing lies nothing tells how it goes on
+        std::tie(first, last) = lying.from_to(way[first], way[last - 1]);
+        if (last - first < tuning_.least / 2) {
+            share = std::max(0.1, static_cast<double>(last - first) / way.count);
+            return expected;
+        }
         for (int i = 0; i < 2; ++i) {  // to the middle of that surface
-            const double middle = way[(first + last) / 2];
-            std::tie(first, last) = way.between(middle - reach, middle + reach);
+            const double middle = lying[(first + last) / 2];
+            std::tie(first, last) = lying.between(middle - reach, middle + reach);
         }
         const int count = last - first;
         share = std::max(0.1, static_cast<double>(count) / way.count);
-        const double spread = spread_of(way, first, last);
-        const auto [lift, there] = place(level, way[(first + last) / 2]);
+        const double spread = spread_of(lying, first, last);
+        const auto [lift, there] = place(level, lying[(first + last) / 2]);
         return settle(level, lift, there, spread, count, rise) ? bend_at(level) : expected;
     }
 
@@ -218,16 +283,13 @@ public:
         if (last - first >= std::max<double>(tuning_.least / 2, 0.1 * here.count)) {
             // matchers' errors have heavy tails
             const int rank = first + static_cast<int>(0.05 * (last - first - 1) + 0.5);
-            tail_ = believed((bend - here[rank]) / 1.96);
+            const double tail = (bend - here[rank]) / 1.96;
+            tail_ = std::min(std::max(tail, tuning_.smallest), tuning_.noisiest);
         }
         return tail_;
     }
 
 private:
-    double believed(double noise) const {
-        return std::min(std::max(noise, tuning_.smallest), tuning_.largest);
-    }
-
     // Takes a bin's surface for the floor, unless it is a step away.
     bool settle(double level, double lift, double there, double spread, int count, double rise) {
         // a spread far beyond the noise so far is of several surfaces, and excuses no climb
@@ -241,10 +303,13 @@ private:
                 return false;
             }
             // what a few far pixels say is weighed against how much ground changes over the bin
-            const double ratio = doubt / (0.5 * (rise + tuning_.step));
+            // ... where it falls, by how much height the noise is as far away as that
+            const double farther = std::max(1.0, there * level / depth_);
+            const double ratio = doubt * farther * farther / (0.5 * (rise + tuning_.step));
             change *= 1 / (1 + ratio * ratio);
         }
-        noise_ = 0.7 * noise_ + 0.3 * believed(spread);
+        noise_ = 0.7 * noise_ +
+                 0.3 * std::min(std::max(spread, tuning_.smallest), tuning_.largest);
         lift_ += change;
         x_ = started_ ? std::max(x_, there) : there;
         started_ = true;
@@ -310,20 +375,22 @@ Followed follow_floor(const Disparity& map, const Lens& lens, const JustAhead& s
                       const ProfileTuning& tuning) {
     Scratch& scratch = of_this_thread<Scratch>();
     Followed followed{{}, {0}, 0.0};
-    const double share = sample(map, lens, start.plane, tuning, scratch);
+    const double depth = lens.fx * lens.baseline / std::cos(start.pitch);
+    const double share = sample(map, lens, start, depth, tuning, scratch);
     if (static_cast<int>(scratch.levels.size()) < 10 * tuning.least) return followed;
     scratch.sorted_levels = scratch.levels;
     lay_bins(quantile(scratch.sorted_levels, 0.995) + 1e-6, tuning, scratch.edges);
     sort_bins(scratch);
-    const double depth = lens.fx * lens.baseline / std::cos(start.pitch);
     Tracker tracker(start, depth, tuning);
     std::vector<Bin>& bins = followed.bins;
     for (int bin = static_cast<int>(scratch.edges.size()) - 2; bin >= 0; --bin) {
-        const Residuals here = of_bin(scratch.here, scratch.here_ends, bin);
-        const Residuals ahead = of_bin(scratch.ahead, scratch.ahead_ends, bin);
+        const Residuals here = scratch.here[bin], ahead = scratch.ahead[bin];
         if (here.count < tuning.least) continue;
         const double centre = std::sqrt(scratch.edges[bin] * scratch.edges[bin + 1]);
-        const double bend = tracker.advance(centre, ahead.count >= tuning.least ? ahead : here);
+        const double bend =
+            ahead.count >= tuning.least
+                ? tracker.advance(centre, ahead, scratch.lying_ahead[bin])
+                : tracker.advance(centre, here, scratch.lying_here[bin]);
         const double spread = tracker.spread(here, bend);
         // where little of the floor is seen, what is seen errs together
         const double error = spread / (share * tracker.share * tracker.share) *

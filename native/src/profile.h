@@ -12,12 +12,12 @@ struct ProfileTuning {
     double knee, near_bin, far_bin;
     int near_bins;
     double iqr, farthest;
-    int rows, columns;
+    int rows, columns, reach;
     double half_width;
     int least;
     double share, step, correlated, deep;
     int again;
-    double highest_step, mixed, smallest, largest, rounding;
+    double highest_step, mixed, smallest, largest, noisiest, rounding;
     double most;  // residuals are no larger [px]
 };
 

@@ -162,3 +162,14 @@ def test_any_matcher_can_be_used() -> None:
     assert found.valid_share > 0.9
     # the stage registers every window anew on 8-bit pictures
     assert found.disparity[150, 200] == pytest.approx(17.0, abs=0.05)
+
+
+def test_a_grainy_pair_is_told_from_a_clear_one() -> None:
+    left, right = floor_pair()
+    assert not stage()(left, right).grainy
+    rng = np.random.default_rng(7)
+    dark = [
+        np.clip(20 + image / 25 + rng.normal(0, 4, image.shape), 0, 255).astype(np.uint8)
+        for image in (left, right)
+    ]
+    assert stage()(dark[0], dark[1]).grainy

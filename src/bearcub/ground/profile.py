@@ -4,8 +4,10 @@ The plane's own disparity is constant along lines of equal depth whatever the ro
 as the coordinate "how far ahead". In narrow bins of it the profile is followed outwards from the
 robot by the height at which most pixels of the way lie. It may climb or fall no faster than the
 steepest ground that is still a way; at a step (a kerb, a wall, a drop) it ends, and what lies
-beyond is judged against the floor before it. The spread of the pixels below it, which nothing
-that stands on the floor can disturb, is the noise at that level: matchers are worst far away.
+beyond is judged against the floor before it. Only pixels whose disparity grows with the row, as
+that of ground does, tell where it lies: in the dark a matcher finds the things far away, and
+little of the floor around them. The spread of the pixels below it, which nothing that stands on
+the floor can disturb, is the noise at that level: matchers are worst far away.
 """
 
 import math
@@ -22,7 +24,7 @@ from numpy.typing import NDArray
 from bearcub.geometry import Float64, Projection
 from bearcub.ground import tracker as following
 from bearcub.ground.tracker import CORRELATED, LEAST, Tracker
-from bearcub.messages import Float32
+from bearcub.messages import Bool, Float32
 from bearcub.robust import median, quantile
 from bearcub.stereo.native import COMPILED, core
 
@@ -33,6 +35,7 @@ _APART, _MOST = 256.0, 126.0  # of the bins in a key that sorts by bin, then res
 # that [px]
 _FARTHEST = 1.0  # least disparity of the floor that is followed [px]
 _ROWS, _COLUMNS = 160, 64  # of the image that are looked at: far levels lie in few rows
+_REACH = 40  # part of the rows over which a pixel's disparity must grow to either side
 _HALF_WIDTH = 2.0  # of the way ahead [m]
 _JUST_AHEAD = 0.62  # share of the nearest level to which the floor just ahead reaches
 _BENT = 0.06  # least bend of the floor just ahead that is corrected [px]
@@ -175,6 +178,7 @@ def _tuning() -> Any:
         farthest=_FARTHEST,
         rows=_ROWS,
         columns=_COLUMNS,
+        reach=_REACH,
         half_width=_HALF_WIDTH,
         least=LEAST,
         share=following.SHARE,
@@ -186,13 +190,15 @@ def _tuning() -> Any:
         mixed=following.MIXED,
         smallest=following.SMALLEST,
         largest=following.LARGEST,
+        noisiest=following.NOISIEST,
         rounding=following.ROUNDING,
         most=_MOST,
     )
 
 
 def _in_numpy(disparity: Float32, projection: Projection, start: _Start) -> _Followed:
-    level, residual, way, share = _samples(disparity, projection, start.plane)
+    depth = projection.fx * projection.baseline / math.cos(start.pitch)
+    level, residual, way, lies, share = _samples(disparity, projection, start, depth)
     found: list[list[float]] = []
     end = 0.0
     parts = [0]  # where ground begins again beyond a step
@@ -200,18 +206,24 @@ def _in_numpy(disparity: Float32, projection: Projection, start: _Start) -> _Fol
         return _Followed(bins=found, parts=parts, end=end)
     edges = _edges(quantile(level, 0.995) + 1e-6)
     index = np.searchsorted(edges, level) - 1
-    bins = _sorted_bins(index[::2], residual[::2], len(edges) - 1)
-    ways = _sorted_bins(index.take(way), residual.take(way), len(edges) - 1)
+    half = np.arange(0, len(index), 2)
+    lists = [
+        _sorted_bins(index.take(which), residual.take(which), len(edges) - 1)
+        for which in (half, half[lies.take(half)], way, way[lies.take(way)])
+    ]
     centres = np.sqrt(edges[:-1] * edges[1:]).tolist()
     tracker = Tracker(
         height=start.height,
-        depth=projection.fx * projection.baseline / math.cos(start.pitch),
+        depth=depth,
         steepest=start.steepest,
         noise=start.noise,
     )
-    for centre, here, ahead in zip(reversed(centres), reversed(bins), reversed(ways), strict=True):
+    outwards = zip(*(reversed(each) for each in (centres, *lists)), strict=True)
+    for centre, here, lying, ahead, lying_ahead in outwards:
         if len(here) >= LEAST:
-            bend = tracker.advance(centre, ahead if len(ahead) >= LEAST else here)
+            enough = len(ahead) >= LEAST
+            seen = (ahead, lying_ahead) if enough else (here, lying)
+            bend = tracker.advance(centre, *seen)
             spread = tracker.spread(here, bend)
             # where little of the floor is seen, what is seen errs together
             error = spread / (share * tracker.share**2) * math.sqrt(CORRELATED / len(here))
@@ -307,9 +319,13 @@ def _line(x: Float64, y: Float64, sigma: Float64) -> tuple[float, float, Float64
 
 
 def _samples(
-    disparity: Float32, projection: Projection, plane: Float64
-) -> tuple[Float64, Float64, Index, float]:
-    """Return the plane's disparity and residual on a grid, which are of the way, and its share."""
+    disparity: Float32, projection: Projection, start: _Start, depth: float
+) -> tuple[Float64, Float64, Index, Bool, float]:
+    """Return the plane's disparity and residual on a grid, which are of the way, and its share.
+
+    The fourth value tells which pixels lie as ground does; `depth` is that at a pixel [m px].
+    """
+    plane = start.plane
     rows, columns = disparity.shape
     down, right = max(1, rows // _ROWS), max(1, columns // _COLUMNS)
     v = np.arange(down // 2, rows, down)
@@ -322,7 +338,26 @@ def _samples(
     lateral = np.abs(u - projection.cx) * (projection.baseline / _HALF_WIDTH)
     way = np.flatnonzero((lateral < level).ravel().take(index))
     level = level.ravel().take(index)
-    return level, d.ravel().take(index) - level, way, share
+    grown, over = (each.ravel().take(index) for each in _grown(disparity[:, u[0] :: right], v))
+    # the steepest ground that comes into view there
+    rate = plane[1] * start.height * math.hypot(1.0, start.steepest)
+    lies = grown * (start.height * level + start.steepest * depth) > over * rate * level
+    return level, d.ravel().take(index) - level, way, lies, share
+
+
+def _grown(columns: Float32, v: Index) -> tuple[Float32, Index]:
+    """Return by how much disparity grows about each pixel [px], and over how many rows.
+
+    From a neighbour above to one below, or where one of these is unmatched between two on the
+    other side: its own disparity has no say, or what errs to the far side would seem to grow.
+    """
+    reach = max(4, len(columns) // _REACH)
+    around = np.pad(columns, ((2 * reach, 2 * reach), (0, 0)), constant_values=np.nan)
+    highest, upper, _, lower, lowest = (around[v + step * reach] for step in range(5))
+    above, below = np.isfinite(upper), np.isfinite(lower)
+    grown = np.where(above, lower, lowest) - np.where(above, upper, lower)
+    grown = np.where(above & ~below, upper - highest, grown)
+    return grown, ((above & below) + 1) * reach
 
 
 def _never_better_far(noises: Float64) -> Float64:

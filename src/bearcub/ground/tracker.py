@@ -15,7 +15,8 @@ HIGHEST_STEP = 0.5  # of the camera's height
 MIXED = 2.5  # spread of several surfaces, over the noise of one
 SMALLEST = 0.1  # least noise believed [px]
 ROUNDING = 1e-5  # of floats: what lies on the profile itself is not below it [px]
-LARGEST = 1.5  # largest noise believed [px]
+LARGEST = 1.5  # largest spread of a surface that is followed [px]
+NOISIEST = 0.75  # largest noise of the floor believed [px]: what errs farther is mismatched
 
 
 class Tracker:
@@ -37,8 +38,11 @@ class Tracker:
         self.share = 1.0  # of the last bin's pixels that lay on the profile
         self.regained = 0  # bins that turned out to be ground beyond a step, the last one included
 
-    def advance(self, level: float, way: Sequence[float]) -> float:
-        """Move on to the next bin and return the floor's disparity there less the plane's [px]."""
+    def advance(self, level: float, way: Sequence[float], lying: Sequence[float]) -> float:
+        """Move on to the next bin and return the floor's disparity there less the plane's [px].
+
+        `lying` are the residuals of the `way` whose pixels lie as ground does.
+        """
         if self.ended:
             self._look_beyond(level, way)
             return self.bend_at(level)
@@ -62,13 +66,18 @@ class Tracker:
                 )
                 self.share = max(0.1, (last - first) / len(way))
                 return expected
+        # what stands there is no ground, and where nothing lies nothing tells how it goes on
+        first, last = bisect_left(lying, way[first]), bisect_right(lying, way[last - 1])
+        if last - first < LEAST // 2:
+            self.share = max(0.1, (last - first) / len(way))
+            return expected
         for _ in range(2):  # to the middle of that surface
-            middle = way[(first + last) // 2]
-            first, last = _between(way, middle - reach, middle + reach)
+            middle = lying[(first + last) // 2]
+            first, last = _between(lying, middle - reach, middle + reach)
         count = last - first
         self.share = max(0.1, count / len(way))
-        middle = way[(first + last) // 2]
-        spread = _spread(way, first, last)
+        middle = lying[(first + last) // 2]
+        spread = _spread(lying, first, last)
         lift, there = self._place(level, middle)
         # a spread far beyond the noise so far is of several surfaces, and excuses no climb
         noise = min(spread, 1.5 * self._noise)
@@ -80,6 +89,8 @@ class Tracker:
                 self.ended = True
                 return expected
             # what a few far pixels say is weighed against how much ground changes over the bin
+            # ... where it falls, by how much height the noise is as far away as that
+            doubt *= max(1.0, there * level / self._depth) ** 2
             change *= 1 / (1 + (doubt / (0.5 * (rise + STEP))) ** 2)
         self._noise = 0.7 * self._noise + 0.3 * min(max(spread, SMALLEST), LARGEST)
         self._rise(change)
@@ -130,7 +141,7 @@ class Tracker:
         if last - first >= max(LEAST // 2, 0.1 * len(here)):
             # matchers' errors have heavy tails
             tail = (bend - here[first + int(0.05 * (last - first - 1) + 0.5)]) / 1.96
-            self._tail = min(max(tail, SMALLEST), LARGEST)
+            self._tail = min(max(tail, SMALLEST), NOISIEST)
         return self._tail
 
 

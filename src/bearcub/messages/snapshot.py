@@ -53,6 +53,8 @@ class DisparityMap:
         What was added to the matched disparity, ``cx_right - cx_left`` [px].
     first_row : int
         What is above it was not looked at.
+    grainy : bool
+        Noise outweighs the texture of the pair: it was smoothed to match.
     """
 
     disparity: Float32
@@ -65,3 +67,4 @@ class DisparityMap:
     right: UInt8 | None = None
     offset: float = 0.0
     first_row: int = 0
+    grainy: bool = False

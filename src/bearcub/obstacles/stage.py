@@ -74,12 +74,16 @@ class Findings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Frame:
-    """What every step of one frame looks at; `witness` is None for a map without its images."""
+    """What every step of one frame looks at; the witnesses are None for a map without its images.
+
+    `clear` is the witness of what stands: without the grain, where there is much.
+    """
 
     disparity: DisparityMap
     ground: Ground
     view: View
     witness: Witness | None
+    clear: Witness | None
     sorter: Sorter
     sorting: Sorting
     segments: Segments
@@ -228,6 +232,7 @@ class ObstacleStage:
             ground=ground,
             view=self.view(ground),
             witness=witness,
+            clear=witness.without_grain() if witness and disparity.grainy else witness,
             sorter=sorter,
             sorting=sorting,
             segments=segments,
@@ -296,13 +301,13 @@ class ObstacleStage:
 
     def _members(self, frame: _Frame) -> Iterator[Member]:
         """Yield the pixels of every segment, without what a matcher carried past its sides."""
-        witness, offset = frame.witness, frame.disparity.offset
-        if witness is None:
+        witness, clear, offset = frame.witness, frame.clear, frame.disparity.offset
+        if witness is None or clear is None:
             yield from frame.segments.members(frame.sorter, least=self.least_pixels)
             return
         trim = Trimmer(left=witness.left, right=witness.right, offset=offset)
         for member in frame.segments.members(frame.sorter, least=self.least_pixels, trim=trim):
-            yield without_strips(witness, frame.sorter, member, offset=offset)
+            yield without_strips(clear, frame.sorter, member, offset=offset)
 
     def _extent(self, member: Member, frame: _Frame) -> tuple[Extent | None, float]:
         """Measure one segment, if it is large enough.
@@ -441,7 +446,7 @@ class ObstacleStage:
 def _believed(member: Member, frame: _Frame, *, sure: float) -> bool:
     """Tell whether a thing is too large to be doubted, or the images are sure of it."""
     return member.pixels > _LARGE or confirmed(
-        frame.witness, frame.sorter, member.u, member.v, offset=frame.disparity.offset, sure=sure
+        frame.clear, frame.sorter, member.u, member.v, offset=frame.disparity.offset, sure=sure
     )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from bearcub.messages import Float32
 from bearcub.obstacles.segment import Index, Member
 from bearcub.obstacles.sorting import Sorter
-from bearcub.obstacles.verify import PATCH, Witness, gains
+from bearcub.obstacles.verify import Witness, gains
 from bearcub.robust import quantile
 
 _ALONG = 9  # columns over which heights are averaged
@@ -52,7 +52,7 @@ def without_strips(witness: Witness, sorter: Sorter, member: Member, *, offset: 
     if max(left, right) < _WIDE:
         return member
     gain = gains(witness, sorter, member.u, member.v, offset=offset)
-    mean, error = _mean(gain[(column >= left) & (column < count - right)])
+    mean, error = _mean(gain[(column >= left) & (column < count - right)], witness.patch)
     if mean < _SURE * error:
         return member
     sums = np.bincount(column, weights=gain - 0.5 * mean)
@@ -62,7 +62,7 @@ def without_strips(witness: Witness, sorter: Sorter, member: Member, *, offset: 
         if wide < _WIDE:
             continue
         strip = side < wide
-        of_strip, doubt = _mean(gain[strip])
+        of_strip, doubt = _mean(gain[strip], witness.patch)
         if of_strip < _SILENT * mean + doubt:
             kept &= ~strip
     if kept.all():
@@ -78,6 +78,6 @@ def _low_sides(heights: Index) -> tuple[int, int]:
     return int(tall[0]), len(heights) - 1 - int(tall[-1])
 
 
-def _mean(gain: Float32) -> tuple[float, float]:
-    """Return a mean and its standard error."""
-    return float(gain.mean()), float(gain.std() / math.sqrt(max(1.0, len(gain) / PATCH)))
+def _mean(gain: Float32, patch: float) -> tuple[float, float]:
+    """Return a mean and its standard error where so many pixels witness together."""
+    return float(gain.mean()), float(gain.std() / math.sqrt(max(1.0, len(gain) / patch)))

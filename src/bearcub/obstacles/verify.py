@@ -16,11 +16,13 @@ from numpy.typing import NDArray
 from bearcub.messages import DisparityMap, Float32, UInt8
 from bearcub.obstacles.sorting import Sorter
 from bearcub.robust import median
+from bearcub.stereo.grain import smoothed
 
 AROUND = (11, 11)  # the brightness of a neighbourhood is no evidence: the cameras may differ in it
 ALONG = (11, 1)  # ... of a row alone: what is above and below may be of another surface
 _SAMPLES = 1500
-PATCH = 9.0  # neighbouring pixels that witness together
+_PATCH = 9.0  # neighbouring pixels that witness together ...
+_SMOOTH_PATCH = 15.0  # ... in smoothed images: as many as the smoothing makes one of
 _LARGEST = 40.0  # difference that says all there is to say [grey levels]
 _SHARES = (0.5, 1.0, 1.5)  # of a shift of many pixels that is tried: their median is no mean
 _LAST = 1.001  # how far from the end of a row there is a column to the right [px]
@@ -31,10 +33,14 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Witness:
-    """The two images that a disparity map was matched from, grey."""
+    """The two images that a disparity map was matched from, grey.
+
+    `patch` is how many neighbouring pixels witness together.
+    """
 
     left: UInt8
     right: UInt8
+    patch: float = _PATCH
 
     @classmethod
     def of(cls, disparity: DisparityMap) -> "Witness | None":
@@ -42,6 +48,11 @@ class Witness:
         if disparity.left is None or disparity.right is None:
             return None
         return cls(left=disparity.left, right=disparity.right)
+
+    def without_grain(self) -> "Witness":
+        """Return what images in which noise outweighs the texture witness when smoothed."""
+        left, right = smoothed(self.left, self.right)
+        return Witness(left=left, right=right, patch=_SMOOTH_PATCH)
 
     def supports(
         self,
@@ -71,7 +82,7 @@ class Witness:
         if len(u) == 0:
             return False
         gain = self.gains(u, v, claimed, floor, window=window)
-        independent = len(u) / PATCH
+        independent = len(u) / self.patch
         return bool(gain.mean() * math.sqrt(independent) > sure * gain.std())
 
     def gains(

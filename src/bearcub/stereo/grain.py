@@ -49,7 +49,15 @@ def without_grain(left: UInt8, right: UInt8) -> tuple[UInt8, UInt8]:
     ----------
     left, right : ndarray of uint8, shape (H, W)
     """
-    if graininess(left) <= _GRAINY:
-        return left, right
+    return smoothed(left, right) if graininess(left) > _GRAINY else (left, right)
+
+
+def smoothed(left: UInt8, right: UInt8) -> tuple[UInt8, UInt8]:
+    """Return a pair smoothed as grainy ones are.
+
+    Parameters
+    ----------
+    left, right : ndarray of uint8, shape (H, W)
+    """
     smooth = [cv2.GaussianBlur(image, (_WINDOW, _WINDOW), 0) for image in (left, right)]
     return np.asarray(smooth[0], dtype=np.uint8), np.asarray(smooth[1], dtype=np.uint8)

@@ -126,7 +126,8 @@ class StereoStage:
             disparity = np.concatenate([unseen, matched.disparity])
             disparity.flags.writeable = False
             matched = replace(matched, disparity=disparity, first_row=first_row)
-        return replace(matched, left=left, right=right, offset=self._doffs)
+        grainy = clear[0] is not left
+        return replace(matched, left=left, right=right, offset=self._doffs, grainy=grainy)
 
     def _believe(self, left: UInt8, right: UInt8, found: Float32) -> DisparityMap:
         """Gate and sharpen what the matcher found in two grey images."""
