@@ -14,7 +14,7 @@ References
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -23,7 +23,9 @@ from numpy.typing import NDArray
 from bearcub.geometry import Float64
 from bearcub.messages import Bool, Ground, Hole
 from bearcub.obstacles.cloud import View
-from bearcub.obstacles.measure import MARGIN, cut_sides
+from bearcub.obstacles.descent import slopes_down
+from bearcub.obstacles.measure import MARGIN
+from bearcub.obstacles.openings import openings
 from bearcub.obstacles.regions import (
     CLOSING,
     EDGE_ROWS,
@@ -34,8 +36,10 @@ from bearcub.obstacles.regions import (
     Region,
     regions_below,
 )
+from bearcub.obstacles.rims import across_and_along, cut
 from bearcub.obstacles.segment import Segments
 from bearcub.obstacles.sorting import Sorter, Sorting
+from bearcub.obstacles.upright import Scene
 from bearcub.obstacles.verify import ALONG, Witness, confirmed
 from bearcub.robust import median, quantile
 
@@ -56,6 +60,8 @@ _STEEP = math.radians(20.0)  # a hole's walls are at least so steep
 _SAME_RANGE = 0.95  # of the disparity at the far rim: a thing farther behind is not mirrored
 _SIGMA = 1.4826  # 1-sigma over the distance from quartile to median of a normal distribution
 _RELIEF = 1.7  # times the roughness of the ground around it that a pit is deep
+_THINGS = 0.1  # share of things' pixels in and about what may be a hole
+_DEEP = 2.0  # fall of the disparity that is more than a matcher's error [px]
 _AROUND = np.ones((25, 25), dtype=np.uint8)
 
 Index = NDArray[np.int64]
@@ -154,7 +160,7 @@ def find_holes(
     limit = min(farthest, sight_limit(view.projection.fx, ground.height))
     level = view.projection.fx * view.projection.baseline / limit
     below = sorting.below & (sorting.floor > level)
-    if not ground.seen or np.count_nonzero(below) * segments.step**2 < LEAST_PIXELS:
+    if not ground.seen:
         return (), ()
     scene = _Scene(
         things=things,
@@ -164,19 +170,42 @@ def find_holes(
         view=view,
         ground=ground,
     )
-    found = []
-    for region in regions_below(below, sorter, segments.step):
-        # few regions are shown by the images: to ask for that first is quickest
-        if not _shown(region, witness, sorter, offset, narrow=False):
-            continue
+    images = None
+    if witness is not None:
+        images = Scene(
+            witness=witness, surface=sorter.surface, projection=view.projection, offset=offset
+        )
+    found, doubtful = _matched(below, sorter, scene, images)
+    if images is not None:
+        known = [region for _, region in found]
+        found += openings(
+            known, doubtful, images, sorter, view, ground, lambda part: _stands(part, scene)
+        )
+    found.sort(key=lambda item: item[0].distance)
+    return tuple(hole for hole, _ in found), tuple(region for _, region in found)
+
+
+def _matched(
+    below: Bool, sorter: Sorter, scene: _Scene, images: Scene | None
+) -> tuple[list[tuple[Hole, Region]], list[Region]]:
+    """Return the holes that the disparities show, and what the images alone can tell to be one."""
+    found: list[tuple[Hole, Region]] = []
+    doubtful: list[Region] = []
+    if np.count_nonzero(below) * scene.segments.step**2 < LEAST_PIXELS:
+        return found, doubtful
+    for region in regions_below(below, sorter, scene.segments.step):
         hole = _judge(region, scene)
         if hole is None:
             continue
-        if hole.width >= _NARROW or _shown(region, witness, sorter, offset, narrow=True):
+        pit, sure = hole.kind == "pit", region.plain or region.fall > _DEEP
+        if images is None:
             found.append((hole, region))
-    found = _apart(found)
-    found.sort(key=lambda item: item[0].distance)
-    return tuple(hole for hole, _ in found), tuple(region for _, region in found)
+        elif (sure or not pit) and _shown(region, images, sorter, narrow=hole.width < _NARROW):
+            if pit or not slopes_down(region, images):
+                found.append((hole, region))
+        elif pit:
+            doubtful.append(region)
+    return _apart(found), doubtful
 
 
 def _apart(found: list[tuple[Hole, Region]]) -> list[tuple[Hole, Region]]:
@@ -188,22 +217,18 @@ def _apart(found: list[tuple[Hole, Region]]) -> list[tuple[Hole, Region]]:
     return kept
 
 
-def _shown(
-    region: Region, witness: Witness | None, sorter: Sorter, offset: float, *, narrow: bool
-) -> bool:
-    """Tell whether the images, if there are any, show a hole: pixel by pixel and as a whole."""
-    if witness is None:
-        return True
+def _shown(region: Region, images: Scene, sorter: Sorter, *, narrow: bool) -> bool:
+    """Tell whether the images show a hole: pixel by pixel and as a whole."""
+    witness, offset = images.witness, images.offset
     u, v = region.pixels()
     sure = _SURE_NARROW if narrow else _SURE
     if not region.plain and not confirmed(
         witness, sorter, u + region.left, v + region.top, offset=offset, sure=sure, window=ALONG
     ):
         return False
-    u, v = region.inside()  # the rim's own edge lies on the floor
-    shift = median(region.sorting.residual[v, u]) if len(u) else 0.0
+    u, v = region.inside()
     floor = region.sorting.floor[v, u] - np.float32(offset)
-    shown = witness.shifted(u + region.left, v + region.top, floor, shift)
+    shown = witness.shifted(u + region.left, v + region.top, floor, -region.fall)
     return shown > (_SHIFTED_NARROW if narrow else _SHIFTED)
 
 
@@ -248,6 +273,18 @@ def _mirrors(region: Region, scene: _Scene, u: Index, top: Index) -> Bool:
     d = region.sorting.disparity[rows[first, np.arange(len(u))], u]
     foot: Bool = thing.any(axis=0) & (d > _SAME_RANGE * region.sorting.floor[top, u])
     return foot
+
+
+def _stands(region: Region, scene: _Scene) -> bool:
+    """Tell whether things stand about a region: beside one the cameras see different floor."""
+    rows, columns = (
+        np.arange(first, first + count) // scene.segments.step
+        for first, count in zip((region.top, region.left), region.mask.shape, strict=True)
+    )
+    things = scene.things.take(scene.segments.labels[np.ix_(rows, columns)])
+    u = np.flatnonzero(region.mask.any(axis=0))
+    behind = _mirrors(region, scene, u, region.mask.argmax(axis=0)[u])
+    return bool(things.mean() > _THINGS or behind.mean() > 0.5)
 
 
 def _borders(what: Bool, u: Index, v: Index, way: int, *, rows: int = EDGE_ROWS) -> Bool:
@@ -313,7 +350,7 @@ def _measure(
     bearings = np.arctan2(near[1], near[0])
     bearing = 0.5 * (float(bearings.max()) + float(bearings.min()))
     pixel = 1.0 / view.projection.fx
-    across, along = _mouth(np.concatenate([near, far], axis=1) if pit else near, bearing)
+    across, along = across_and_along(np.concatenate([near, far], axis=1) if pit else near, bearing)
     across += (1 + 2 * scene.fringe) * pixel * distance
     length = along if pit else math.nan
     depth, shown = _depth(region, ground, pit=pit)
@@ -351,34 +388,12 @@ def _measure(
         box=_box(region, u, top, bottom),
         pixels=int(np.count_nonzero(region.mask)),
     )
-    return _cut(hole, scene.shape)
+    return cut(hole, scene.shape)
 
 
 def _box(region: Region, u: Index, top: Index, bottom: Index) -> tuple[int, int, int, int]:
     left, right = int(u[0]) + region.left, int(u[-1]) + region.left
     return left, int(top.min()) + region.top, right, int(bottom.max()) + region.top
-
-
-def _cut(hole: Hole, shape: tuple[int, int]) -> Hole:
-    """Name the image borders that cut a hole; what they cut has no sigma."""
-    cut = cut_sides(hole.box, shape)
-    return replace(
-        hole,
-        truncated=cut,
-        sigma_width=math.nan if {"left", "right"} & set(cut) else hole.sigma_width,
-        sigma_length=math.nan if "bottom" in cut else hole.sigma_length,
-    )
-
-
-def _mouth(rim: Float64, bearing: float) -> tuple[float, float]:
-    """Return how far a rim reaches across and along the line of sight [m]."""
-    c, s = math.cos(bearing), math.sin(bearing)
-    return _extent(rim[1] * c - rim[0] * s), _extent(rim[0] * c + rim[1] * s)
-
-
-def _extent(values: Float64) -> float:
-    """Return how far values reach, but for the outermost hundredth at either end."""
-    return quantile(values, 0.99) - quantile(values, 0.01)
 
 
 def _steep(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bearcub.messages import Bool
 from bearcub.obstacles.sorting import Sorter, Sorting
-from bearcub.robust import quantile
+from bearcub.robust import median, quantile
 
 LEAST_PIXELS = 60
 _PLAIN = 3.0  # times the tolerance that a tenth of a hole's pixels lie below the floor ...
@@ -54,10 +54,29 @@ class Region:
         """First column of the window [px]."""
         return int(self.sorting.u[0])
 
+    @property
+    def fall(self) -> float:
+        """How far its disparity lies below the floor's, but for the rim, which is on it [px]."""
+        u, v = self.inside()
+        return -median(self.sorting.residual[v, u]) if len(u) else 0.0
+
     def pixels(self) -> tuple[Index, Index]:
         """Return the columns and rows of its pixels in the window."""
         v, u = np.divmod(np.flatnonzero(self.mask), self.mask.shape[1])
         return u, v
+
+    def near_rim(self) -> tuple[Index, Index]:
+        """Return columns and rows in the image of the last pixel of its columns."""
+        u = np.flatnonzero(self.mask.sum(axis=0) >= LEAST_ROWS)
+        v = self.mask.shape[0] - 1 - self.mask[::-1].argmax(axis=0)[u]
+        return u + self.left, v + self.top
+
+    def holds(self, u: int, v: int) -> bool:
+        """Tell whether a pixel of the image is one of its own, or enclosed by them."""
+        own_u, own_v = self.pixels()
+        column, row = u - self.left, v - self.top
+        within: Bool = (own_u.min() <= column <= own_u.max()) & (own_v.min() <= row <= own_v.max())
+        return bool(within)
 
     def overlaps(self, other: "Region") -> bool:
         """Tell whether two regions share a pixel."""

@@ -1,0 +1,205 @@
+"""How large is the hole that seems to open? The likeliest far wall, seen through the floor.
+
+The line of sight over the near lip of a pit ends at its far wall. The wall is upright and ends at
+the floor: it has the disparity of the floor at the far lip, whatever the row. Two explanations of
+the same pixels, as of what stands (`bearcub.obstacles.upright`): the floor, and a wall that hangs
+down from one of its lines. The lines and columns in which the wall explains the images better by
+most are the mouth's likeliest extent [1]_. Around a mouth there is floor: the claim does not go on
+to any of its four sides.
+
+References
+----------
+.. [1] L. Matthies, A. Rankin: "Negative obstacle detection by thermal signature", IROS 2003; the
+   geometry of the visible far wall.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from bearcub.messages import Float32
+from bearcub.obstacles.mouths import Mouth
+from bearcub.obstacles.strip import Strip, strip
+from bearcub.obstacles.upright import Scene
+
+_BEFORE, _BEHIND = 0.4, 1.3  # ground before and behind the lip that is looked at [m]
+_NEAREST = 0.3  # [m]
+_COARSE = (24, 48)  # lines and columns of a first look ...
+_FINE = (36, 90)  # ... and of a second one
+_ASIDE = (0.9, 1.8)  # ground to either side that is looked at, the less the better [m]
+_WORTH = 2.5  # log-likelihood ratio that is worth a second look ...
+_LIKELY = 10.5  # ... and the least of a hole
+_PRICE = 0.03  # log-likelihood of a pixel: noise alone makes nothing larger
+_LEAST_LINES = 3  # of a mouth
+_EVEN = 0.25  # how far the floor that was followed may bend off a slope [px]
+_BORDER = (0.25, 3)  # share of a mouth's extent, at least lines and columns, that borders it
+_RETURNS = (-3.0, 1.0)  # largest log-likelihood ratio of what borders a mouth, all of it and one
+_HALF = 0.5  # of the largest parallax: the lower ground that may go on before and behind
+_SIDE = (0.6, 0.3)  # of the far wall's parallax that a side wall has
+_BLUR = 0.8  # how far a silhouette's blur carries the floor past its rim [px]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sunken:
+    """The mouth of a hole, as the images tell it.
+
+    Attributes
+    ----------
+    left, right : float
+        First and last column [px].
+    near, far : float
+        Levels of its lips: of the floor's plane there [px].
+    likely : float
+        Log-likelihood ratio against the floor.
+    """
+
+    left: float
+    right: float
+    near: float
+    far: float
+    likely: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Claim:
+    """First and last lines and columns of a wall; its log-likelihood ratio against the floor."""
+
+    far: int
+    near: int
+    left: int
+    right: int
+    gain: float
+
+    @property
+    def lines(self) -> slice:
+        return slice(self.far, self.near + 1)
+
+    @property
+    def columns(self) -> slice:
+        return slice(self.left, self.right + 1)
+
+
+def opening(scene: Scene, mouth: Mouth) -> Sunken | None:
+    """Return the hole that opens where one seems to, None for none and for what has no end.
+
+    Parameters
+    ----------
+    scene : Scene
+        The images and the floor.
+    mouth : Mouth
+        Where one seems to.
+    """
+    part = _around(scene, mouth, _ASIDE[0], _COARSE)
+    if part is None or _likeliest(part, 2).gain < _WORTH:
+        return None
+    for aside in _ASIDE:
+        part = _around(scene, mouth, aside, _FINE)
+        if part is None:
+            return None
+        claim = _likeliest(part, 1)
+        if claim.gain < _LIKELY or not _even(part):
+            return None
+        if claim.left > 1 and claim.right < len(part.u) - 2:
+            return _sunken(part, claim) if _bordered(part, claim) else None
+    return None
+
+
+def _around(scene: Scene, mouth: Mouth, aside: float, most: tuple[int, int]) -> Strip | None:
+    """Return the lines around a mouth."""
+    p = scene.projection
+    focal = p.fx * p.baseline
+    depth = focal / mouth.level
+    levels = focal / (depth + _BEHIND), focal / max(depth - _BEFORE, _NEAREST)
+    reach = aside * mouth.level / p.baseline
+    return strip(scene, (mouth.u - reach, mouth.u + reach), levels, most=most)
+
+
+def _likeliest(part: Strip, every: int) -> _Claim:
+    """Return the likeliest wall that hangs down from one of the lines, every so many of them."""
+    lines = len(part.v)
+    fars = np.arange(1, lines - _LEAST_LINES, every)
+    ratios = part.ratios(np.repeat(part.floor[fars, None], lines, axis=1))
+    ratios -= np.float32(_PRICE)
+    ratios *= (np.arange(lines) >= fars[:, None])[:, :, None]
+    until = ratios.cumsum(axis=1).cumsum(axis=2)
+    before = np.zeros_like(until)
+    before[:, :, 1:] = until[:, :, :-1]
+    least = np.minimum.accumulate(before, axis=2)
+    gain = until - least
+    gain[np.arange(lines) < fars[:, None] + _LEAST_LINES - 1] = 0
+    index, near, right = (int(k) for k in np.unravel_index(int(gain.argmax()), gain.shape))
+    return _Claim(
+        far=int(fars[index]),
+        near=near,
+        left=int(before[index, near, : right + 1].argmin()),
+        right=right,
+        gain=float(gain[index, near, right]),
+    )
+
+
+def _even(part: Strip) -> bool:
+    """Tell whether the floor that was followed has no step there."""
+    line = np.arange(len(part.bend)) - 0.5 * (len(part.bend) - 1)
+    bend = part.bend - part.bend.mean()
+    bend -= line * (line @ bend) / (line @ line)
+    return bool(np.abs(bend).max() < _EVEN)
+
+
+def _bordered(part: Strip, claim: _Claim) -> bool:
+    """Tell whether floor is all around."""
+    share, least = _BORDER
+    side = max(least, math.ceil(share * (claim.right - claim.left + 1)))
+    end = max(least, math.ceil(share * (claim.near - claim.far + 1)))
+    fall = np.float32(_HALF) * (part.floor[claim.near] - part.floor[claim.far])
+    wall, lower = part.ratios(
+        np.stack([np.full_like(part.floor, part.floor[claim.far]), part.floor - fall])
+    )
+    left, right = max(0, claim.left - 1), claim.right + 2
+    far, near = max(0, claim.far - 1), claim.near + 2
+    around = [
+        wall[claim.lines, max(0, left - side) : left],
+        wall[claim.lines, right : right + side],
+        lower[max(0, far - end) : far, claim.columns],
+        lower[near : near + end, claim.columns],
+    ]
+    told = [float(border.sum()) for border in around]
+    all_there = all(border.size for border in around)
+    return all_there and sum(told) < _RETURNS[0] and max(told) < _RETURNS[1]
+
+
+def _sunken(part: Strip, claim: _Claim) -> Sunken:
+    """Return the mouth that a claim and the side walls beside it are."""
+    left, right = _sides(part, claim)
+    line = float(part.level[1] - part.level[0])
+    # what only the left camera sees of a wall is as wide as its parallax, half of it on average
+    hidden = _HALF * float(part.floor[claim.near] - part.floor[claim.far])
+    half = 0.5 * part.step[0] + _BLUR
+    return Sunken(
+        left=float(part.u[left]) - half,
+        right=float(part.u[right]) + half + hidden,
+        near=float(part.level[claim.near]) + (0.5 + _BLUR / part.step[1]) * line,
+        far=float(part.level[claim.far]) - 0.5 * line,
+        likely=claim.gain,
+    )
+
+
+def _sides(part: Strip, claim: _Claim) -> tuple[int, int]:
+    """Return the first and last column of a mouth whose side walls are seen.
+
+    A side wall has disparities between those of the far wall and the floor.
+    """
+    left, right = claim.left, claim.right
+    fall = part.floor - part.floor[claim.far]
+    for share in _SIDE:
+        ratio = part.ratio(part.floor - np.float32(share) * fall)[claim.lines] - np.float32(_PRICE)
+        column = ratio.sum(axis=0)
+        left -= _further(column[:left][::-1])
+        right += _further(column[right + 1 :])
+    return left, right
+
+
+def _further(column: Float32) -> int:
+    """Return how many columns from the first on have the largest sum, if that is positive."""
+    until = np.cumsum(column)
+    return int(until.argmax()) + 1 if len(until) and until.max() > 0 else 0
