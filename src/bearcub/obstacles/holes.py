@@ -127,6 +127,7 @@ def find_holes(
     witness: Witness | None,
     offset: float,
     fringe: float,
+    rough: bool = False,
 ) -> tuple[tuple[Hole, ...], tuple[Region, ...]]:
     """Find pits and drops.
 
@@ -149,6 +150,8 @@ def find_holes(
         In the disparity, not in the images [px].
     fringe : float
         How far the matcher carries the floor beside a hole into it [px].
+    rough : bool
+        The ground is so rough, as tall grass is, that the images alone show holes all over it.
 
     Returns
     -------
@@ -176,7 +179,7 @@ def find_holes(
             witness=witness, surface=sorter.surface, projection=view.projection, offset=offset
         )
     found, doubtful = _matched(below, sorter, scene, images)
-    if images is not None:
+    if images is not None and not rough:
         known = [region for _, region in found]
         found += openings(
             known, doubtful, images, sorter, view, ground, lambda part: _stands(part, scene)

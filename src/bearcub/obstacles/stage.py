@@ -56,6 +56,7 @@ _FEET = 0.4  # 1-sigma of how much wider a thing is at its foot, share of the he
 _GOES_ON = 0.5  # 1-sigma of how far a thing goes on where nothing is matched, share of the columns
 _REFINED = 4.0  # half the window in which a matched map was refined [px]
 _BEHIND = 1.1  # times as far as two things is what is behind them, at least
+_ROUGH = 0.3  # noise of ground in clear images that is the ground's own [px]
 _SMALL = 400  # pixels of a thing that may be mixed ones
 _LARGE_IMAGE = 200_000  # pixels of an image of which every third column and row is looked at first
 _LARGE = 8000  # pixels of a thing that needs no second look at the images
@@ -170,6 +171,7 @@ class ObstacleStage:
             witness=frame.witness,
             offset=disparity.offset,
             fringe=disparity.fattening + (0.0 if frame.witness is None else _REFINED),
+            rough=ground.noise > _ROUGH and not disparity.grainy,
         )
         painter = Painter(
             sorter=frame.sorter,
