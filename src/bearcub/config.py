@@ -60,7 +60,7 @@ class Matching(Table):
     """From two images to one disparity map."""
 
     matcher: str = choice(
-        "sgbm",
+        "native",
         "which matcher; sgbm stands in for native where that was not compiled",
         "native",
         "sgbm",
