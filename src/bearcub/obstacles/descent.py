@@ -11,8 +11,8 @@ import numpy as np
 
 from bearcub.geometry import Float64
 from bearcub.messages import Float32
+from bearcub.obstacles.floor_lines import FloorLines, floor_lines
 from bearcub.obstacles.regions import Region
-from bearcub.obstacles.strip import Strip, strip
 from bearcub.obstacles.upright import Scene
 from bearcub.robust import median
 
@@ -62,7 +62,7 @@ def descent(scene: Scene, columns: tuple[float, float], lip: float) -> tuple[flo
     """
     line = float(scene.surface.plane[1])
     levels = max(lip - _BEHIND * line, line), lip + _BEFORE * line
-    part = strip(scene, columns, levels, most=_MOST, shrunk=False)
+    part = floor_lines(scene, columns, levels, most=_MOST, shrunk=False)
     if part is None:
         return -math.inf, math.inf
     count = int(_LOWER[-1] * float(part.floor[-1]) / _STEP) + 2
@@ -73,7 +73,7 @@ def descent(scene: Scene, columns: tuple[float, float], lip: float) -> tuple[flo
     return gain - drop, _steepness(scene, part, share, foot, edge)
 
 
-def _likeliest(part: Strip, gains: Float32, lines: int) -> tuple[float, float, int, int]:
+def _likeliest(part: FloorLines, gains: Float32, lines: int) -> tuple[float, float, int, int]:
     """Return the likeliest descent over so many lines.
 
     Its log-likelihood ratio against the floor; the share of the floor's disparity by which what is
@@ -93,7 +93,7 @@ def _likeliest(part: Strip, gains: Float32, lines: int) -> tuple[float, float, i
     return float(told[k, e]), float(_LOWER[k]), int(foot[e, 0]), int(edge[e, 0])
 
 
-def _steepness(scene: Scene, part: Strip, share: float, foot: int, edge: int) -> float:
+def _steepness(scene: Scene, part: FloorLines, share: float, foot: int, edge: int) -> float:
     """Return the tangent of the slope between two lines, the far one of ground so much lower."""
     p = scene.projection
     depth = scene.surface.height * share / (1 - share)

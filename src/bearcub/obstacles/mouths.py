@@ -19,7 +19,7 @@ from bearcub.geometry import Float64, Projection
 from bearcub.ground.surface import Surface
 from bearcub.messages import Float32
 from bearcub.obstacles.verify import Witness
-from bearcub.obstacles.warp import Warped, contrast, warped_floor
+from bearcub.obstacles.warp import Window, contrast, warped, window_between
 
 _WIDTH = 0.35  # of the part of a mouth that is looked for [m]
 _LENGTHS = (0.4, 0.8)  # of mouths that are looked for [m]
@@ -93,22 +93,22 @@ def mouths(
     focal = projection.fx * projection.baseline
     near, far = (focal / reach for reach in _RANGE)
     farthest = focal / (_RANGE[1] + _LENGTHS[-1])
-    warped = warped_floor(
-        witness.left, witness.right, surface, farthest, near, step=1, offset=offset
-    )
-    if warped is None:
+    window = window_between(witness.left.shape, surface, farthest, near, step=1)
+    if window is None:
         return []
-    peaks = _peaks(_lines(warped, surface, projection.baseline), focal, far, near)
-    return sorted(peaks, key=lambda mouth: -mouth.sure)
+    lines = _lines(witness, surface, window, projection.baseline, offset)
+    return sorted(_peaks(lines, focal, far, near), key=lambda mouth: -mouth.sure)
 
 
-def _lines(warped: Warped, surface: Surface, baseline: float) -> _Lines:
+def _lines(
+    witness: Witness, surface: Surface, window: Window, baseline: float, offset: float
+) -> _Lines:
     """Sum what tells of parallax over the columns of a mouth, along lines of one level."""
-    rows, columns = warped.floor.shape
+    rows, columns = window.rows, window.columns
     cells, middle = columns // _CELL, 0.5 * columns
     a, b, c = surface.plane.tolist()
     u = (np.arange(cells, dtype=np.float32) + np.float32(0.5)) * _CELL - np.float32(0.5)
-    level = a * middle + b * (warped.first + 2 * np.arange(rows) + 0.5) + c
+    level = a * middle + b * (window.first + 2 * np.arange(rows) + 0.5) + c
     floor = level + surface.look_up(surface.bend, surface.entry(level.astype(np.float32)))
     # two rows of the image are one of these
     row = np.arange(rows)[:, None] - np.rint(a / b * (u - middle) / 2).astype(np.int64)
@@ -126,7 +126,8 @@ def _lines(warped: Warped, surface: Surface, baseline: float) -> _Lines:
         sums: Float32 = until.take(end) - until.take(first)
         return sums
 
-    gradient, difference, noise = contrast(warped.left, warped.right)
+    one, other, _ = warped(witness.left, witness.right, surface, window, offset=offset)
+    gradient, difference, noise = contrast(one, other)
     weighed = gradient / noise
     seen, energy = summed(weighed * difference), summed(weighed * gradient)
     return _Lines(level=level, floor=floor, u=u, seen=seen, energy=energy)

@@ -19,8 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bearcub.messages import Float32
+from bearcub.obstacles.floor_lines import FloorLines, floor_lines
 from bearcub.obstacles.mouths import Mouth
-from bearcub.obstacles.strip import Strip, strip
 from bearcub.obstacles.upright import Scene
 
 _BEFORE, _BEHIND = 0.4, 1.3  # ground before and behind the lip that is looked at [m]
@@ -105,17 +105,17 @@ def opening(scene: Scene, mouth: Mouth) -> Sunken | None:
     return None
 
 
-def _around(scene: Scene, mouth: Mouth, aside: float, most: tuple[int, int]) -> Strip | None:
+def _around(scene: Scene, mouth: Mouth, aside: float, most: tuple[int, int]) -> FloorLines | None:
     """Return the lines around a mouth."""
     p = scene.projection
     focal = p.fx * p.baseline
     depth = focal / mouth.level
     levels = focal / (depth + _BEHIND), focal / max(depth - _BEFORE, _NEAREST)
     reach = aside * mouth.level / p.baseline
-    return strip(scene, (mouth.u - reach, mouth.u + reach), levels, most=most)
+    return floor_lines(scene, (mouth.u - reach, mouth.u + reach), levels, most=most)
 
 
-def _likeliest(part: Strip, every: int) -> _Claim:
+def _likeliest(part: FloorLines, every: int) -> _Claim:
     """Return the likeliest wall that hangs down from one of the lines, every so many of them."""
     lines = len(part.v)
     fars = np.arange(1, lines - _LEAST_LINES, every)
@@ -138,7 +138,7 @@ def _likeliest(part: Strip, every: int) -> _Claim:
     )
 
 
-def _even(part: Strip) -> bool:
+def _even(part: FloorLines) -> bool:
     """Tell whether the floor that was followed has no step there."""
     line = np.arange(len(part.bend)) - 0.5 * (len(part.bend) - 1)
     bend = part.bend - part.bend.mean()
@@ -146,7 +146,7 @@ def _even(part: Strip) -> bool:
     return bool(np.abs(bend).max() < _EVEN)
 
 
-def _bordered(part: Strip, claim: _Claim) -> bool:
+def _bordered(part: FloorLines, claim: _Claim) -> bool:
     """Tell whether floor is all around."""
     share, least = _BORDER
     side = max(least, math.ceil(share * (claim.right - claim.left + 1)))
@@ -168,7 +168,7 @@ def _bordered(part: Strip, claim: _Claim) -> bool:
     return all_there and sum(told) < _RETURNS[0] and max(told) < _RETURNS[1]
 
 
-def _sunken(part: Strip, claim: _Claim) -> Sunken:
+def _sunken(part: FloorLines, claim: _Claim) -> Sunken:
     """Return the mouth that a claim and the side walls beside it are."""
     left, right = _sides(part, claim)
     line = float(part.level[1] - part.level[0])
@@ -184,7 +184,7 @@ def _sunken(part: Strip, claim: _Claim) -> Sunken:
     )
 
 
-def _sides(part: Strip, claim: _Claim) -> tuple[int, int]:
+def _sides(part: FloorLines, claim: _Claim) -> tuple[int, int]:
     """Return the first and last column of a mouth whose side walls are seen.
 
     A side wall has disparities between those of the far wall and the floor.

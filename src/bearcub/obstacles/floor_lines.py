@@ -22,7 +22,7 @@ _LEAST = (9, 8)  # lines and columns
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Strip:
+class FloorLines:
     """Lines of one level each, the far ones first.
 
     Attributes
@@ -89,14 +89,14 @@ class Strip:
         return ratio
 
 
-def strip(
+def floor_lines(
     scene: Scene,
     columns: tuple[float, float],
     levels: tuple[float, float],
     *,
     most: tuple[int, int],
     shrunk: bool = True,
-) -> Strip | None:
+) -> FloorLines | None:
     """Sample lines of floor between two columns and two levels.
 
     Parameters
@@ -113,7 +113,7 @@ def strip(
 
     Returns
     -------
-    Strip or None
+    FloorLines or None
         None where too little of it is in both images.
     """
     a, b, c = scene.surface.plane.tolist()
@@ -137,7 +137,7 @@ def strip(
     left, right, corner = _cropped(scene, u, v, float(raw[-1]), step if shrunk else (1, 1))
     v -= np.float32(corner[1])
     here = _at(left, np.broadcast_to(u - np.float32(corner[0]), v.shape), v)
-    found = Strip(
+    found = FloorLines(
         level=level,
         floor=raw,
         bend=bend.astype(np.float64),
@@ -171,8 +171,8 @@ def _cropped(
     return one, other, (left, top)
 
 
-def _settled(found: Strip) -> Strip:
-    """Return a strip with the brightness, the noise and the floor that its images tell."""
+def _settled(found: FloorLines) -> FloorLines:
+    """Return lines with the brightness, the noise and the floor that its images tell."""
     claims = found.floor + np.array(_OFF, dtype=np.float32)[:, None]
     there = _seen(found, found.floor[None, :])[0]
     known = found.known
@@ -189,20 +189,20 @@ def _settled(found: Strip) -> Strip:
     return replace(brighter, floor=claims[best], scale=scale, misfit=squares[best])
 
 
-def _misfits(found: Strip, claims: Float32) -> Float32:
+def _misfits(found: FloorLines, claims: Float32) -> Float32:
     squares = _squares(found, claims)
     squares *= np.float32(found.scale)
     return np.minimum(squares, np.float32(_LARGEST), out=squares)
 
 
-def _squares(found: Strip, claims: Float32) -> Float32:
+def _squares(found: FloorLines, claims: Float32) -> Float32:
     difference = _seen(found, claims)
     difference -= found.left
     difference *= difference
     return difference
 
 
-def _seen(found: Strip, claims: Float32) -> Float32:
+def _seen(found: FloorLines, claims: Float32) -> Float32:
     """Return the right image at claimed disparities, shape (K, N, M)."""
     count, (lines, columns) = len(claims), found.v.shape
     at = (found.u - np.float32(found.first)) - claims[:, :, None]
