@@ -63,6 +63,7 @@ class Pipeline:
         self._matcher = matcher
         self._clock = clock or MonotonicClock()
         self._shape: tuple[int, int] | None = None
+        self._stereo: StereoStage | None = None
         _keep_freed_memory()
 
     def __call__(
@@ -158,7 +159,7 @@ class Pipeline:
         right = as_image(snapshot.right, name="right")
         if self._rectify is not None:
             left, right = self._rectify(grey(left), grey(right))
-        return self._match(left, right, first_row=self._first_row(snapshot.tilt))
+        return self._stereo_stage()(left, right, first_row=self._first_row(snapshot.tilt))
 
     def _first_row(self, tilt: Tilt | None) -> int:
         """Return the first row to look at: where one that is lower than the robot can be seen."""
@@ -172,7 +173,7 @@ class Pipeline:
             attitude=expected.attitude,
             sigma=expected.sigma,
             clearance=detection.clearance,
-            nearest=camera.fx * camera.baseline / min(self._match.largest, camera.width),
+            nearest=camera.fx * camera.baseline / min(self._stereo_stage().largest, camera.width),
             farthest=detection.farthest,
         )
 
@@ -185,20 +186,26 @@ class Pipeline:
         if self._shape == (rows, columns):
             return
         self._rig = self.rig.for_image(width=columns, height=rows)
-        camera, mount = self._rig.camera, self._rig.mount
         self._rectify = (
             None
             if self._rig.rectification is None
             else Rectifier(self._rig.rectification, threads=self.config.matching.threads)
         )
-        self._match = (
-            StereoStage.for_rig(camera, mount, self.config.matching)
-            if self._matcher is None
-            else StereoStage(self._matcher, doffs=camera.doffs)
-        )
+        self._stereo = None
         self._ground = self._ground_stage()
         self._obstacles = self._obstacle_stage()
         self._shape = (rows, columns)
+
+    def _stereo_stage(self) -> StereoStage:
+        """Return what matches pairs of this size, built for the first of them."""
+        if self._stereo is None:
+            camera, mount = self._rig.camera, self._rig.mount
+            self._stereo = (
+                StereoStage.for_rig(camera, mount, self.config.matching)
+                if self._matcher is None
+                else StereoStage(self._matcher, doffs=camera.doffs)
+            )
+        return self._stereo
 
     def _ground_stage(self) -> GroundStage:
         ground = self.config.ground

@@ -352,12 +352,14 @@ def _grown(columns: Float32, v: Index) -> tuple[Float32, Index]:
     other side: its own disparity has no say, or what errs to the far side would seem to grow.
     """
     reach = max(4, len(columns) // _REACH)
-    around = np.pad(columns, ((2 * reach, 2 * reach), (0, 0)), constant_values=np.nan)
-    highest, upper, _, lower, lowest = (around[v + step * reach] for step in range(5))
-    above, below = np.isfinite(upper), np.isfinite(lower)
-    grown = np.where(above, lower, lowest) - np.where(above, upper, lower)
-    grown = np.where(above & ~below, upper - highest, grown)
-    return grown, ((above & below) + 1) * reach
+    rows = v + reach * np.array([-2, -1, 1, 2])[:, None]
+    around = columns.take(rows, axis=0, mode="clip")
+    around[(rows < 0) | (rows >= len(columns))] = np.nan
+    highest, upper, lower, lowest = around
+    grown = lower - upper
+    both = np.isfinite(grown)
+    one_side = np.where(np.isfinite(upper), upper - highest, lowest - lower)
+    return np.where(both, grown, one_side), (both + 1) * reach
 
 
 def _never_better_far(noises: Float64) -> Float64:

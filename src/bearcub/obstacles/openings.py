@@ -56,7 +56,7 @@ def openings(
         Tells what is no hole for other reasons.
     """
     seen = mouths(images.witness, images.surface, images.projection, offset=images.offset)
-    told = [_mouth(region, images.surface) for region in doubtful if _large(region, images)]
+    told = [_mouth(region, images.surface) for region in doubtful if large(region, images)]
     taken = list(known)
     found = []
     for mouth in seen[:_TRIES] + told:
@@ -75,7 +75,7 @@ def openings(
     return found
 
 
-def _large(region: Region, images: Scene) -> bool:
+def large(region: Region, images: Scene) -> bool:
     """Tell what may be a part of a hole from what is as small as noise."""
     p = images.projection
     u, v = region.pixels()

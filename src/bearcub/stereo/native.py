@@ -7,7 +7,8 @@ when that was installed; `reason_missing` tells whether it is.
 import math
 from dataclasses import asdict, dataclass
 from functools import partial
-from typing import Any, TypeVar
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import cv2
 import numpy as np
@@ -17,17 +18,17 @@ from bearcub.errors import InputError
 from bearcub.messages import Float32, UInt8
 from bearcub.stereo.matchers import SearchingMatcher, SearchRange
 
-core: Any
+if TYPE_CHECKING:
+    from bearcub.stereo import _native
+
+core: Any = None
 """The compiled module itself, None where there is none; ``_native.pyi`` says what is in it."""
 
+_missing = ""
 try:
-    from bearcub.stereo import _native
+    core = import_module("bearcub.stereo._native")
 except ImportError as _error:  # there was no compiler, or it was built for another Python
-    core = None
     _missing = str(_error)
-else:
-    core = _native
-    _missing = ""
 
 COMPILED = not _missing
 """The compiled core is there."""
