@@ -129,6 +129,17 @@ def test_a_sliver_that_a_matcher_leaves_close_behind_a_surface_is_its() -> None:
     assert len(joined([wall, thing], low=0.35)) == 2
 
 
+def test_a_low_piece_is_the_foot_of_what_begins_where_it_ends() -> None:
+    foot = upright(right=-2.6, left=2.5, ahead=3.6, top=0.21)
+    upper = upright(right=-2.5, left=2.5, ahead=3.9)
+    higher = replace(upper, extent=replace(upper.extent, lowest=0.18))
+    for pieces in ([foot, higher], [higher, foot]):
+        (bank,) = joined(pieces, low=0.35)
+        assert (bank.extent.distance, bank.extent.top) == (foot.extent.distance, 1.0)
+    # a kerb with floor between it and the wall behind
+    assert len(joined([foot, upper], low=0.35)) == 2
+
+
 def test_a_foot_moves_a_bank_nearer_and_not_wider() -> None:
     bank = upright(right=-2.0, left=2.0, top=0.6)
     foot = upright(right=-0.5, left=0.5, ahead=3.7, top=0.12)

@@ -197,16 +197,14 @@ def _matched(
     if np.count_nonzero(below) * scene.segments.step**2 < LEAST_PIXELS:
         return found, doubtful
     for region in regions_below(below, sorter, scene.segments.step):
-        sure = region.plain or region.fall > _DEEP
-        # few regions are shown by the images: to ask for that first is quickest
         if images is not None and not (
-            (not sure and large(region, images)) or _shown(region, images, sorter, narrow=False)
+            large(region, images) or _shown(region, images, sorter, narrow=False)
         ):
             continue
         hole = _judge(region, scene)
         if hole is None:
             continue
-        pit = hole.kind == "pit"
+        pit, sure = hole.kind == "pit", region.plain or region.fall > _DEEP
         if images is None:
             found.append((hole, region))
         elif (sure or not pit) and _shown(region, images, sorter, narrow=hole.width < _NARROW):

@@ -75,19 +75,22 @@ def joined(
             if _is_foot(piece.extent, whole.extent, low=low):
                 kept[k] = _on_foot(whole, piece)
                 break
+            if _is_foot(whole.extent, piece.extent, low=low):
+                kept[k] = _on_foot(piece, whole)
+                break
         else:
             kept.append(piece)
     return sorted(kept, key=lambda thing: thing.extent.distance)
 
 
 def _is_foot(piece: Extent, whole: Extent, *, low: float) -> bool:
-    """Tell whether a low piece lies along a thing several times as wide."""
+    """Tell whether a low piece lies along a thing several times as wide, or ends where it begins."""
     aside = abs(piece.bearing - whole.bearing) * whole.distance
     apart = abs(piece.distance - whole.distance)
     ledge = whole.top < 2 * low and piece.top < 1.2 * whole.top
     return (
         (piece.top < low or ledge)
-        and piece.width < _PIECE * whole.width
+        and (piece.width < _PIECE * whole.width or whole.lowest > piece.top - _ABOVE)
         and aside < 0.5 * whole.width
         and apart < max(_AHEAD[0], _AHEAD[1] * whole.distance)
     )
