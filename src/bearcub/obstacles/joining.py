@@ -84,7 +84,7 @@ def joined(
 
 
 def _is_foot(piece: Extent, whole: Extent, *, low: float) -> bool:
-    """Tell whether a low piece lies along a thing several times as wide, or ends where it begins."""
+    """Tell whether a low piece lies along a much wider thing, or ends where that begins."""
     aside = abs(piece.bearing - whole.bearing) * whole.distance
     apart = abs(piece.distance - whole.distance)
     ledge = whole.top < 2 * low and piece.top < 1.2 * whole.top
