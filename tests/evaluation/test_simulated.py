@@ -67,7 +67,7 @@ def test_answer_and_truth_come_together(case: Case, kept: Method) -> None:
     assert record.truth["obstacles"][0]["name"] == "can"
     (can,) = judge(record, OURS).things
     assert can.found is not None
-    assert can.found.distance == pytest.approx(3.05, abs=0.1)
+    assert can.found.distance == pytest.approx(3.05, abs=0.15)  # of 28 pixels
     assert record.reports["zband"].timing["total"] > 0.0
 
 
