@@ -204,3 +204,25 @@ def test_ground_that_falls_at_once_is_told_from_a_slope(sure_ground: Ground) -> 
 def test_where_nothing_is_seen_of_a_descent_nothing_is_told(sure_ground: Ground) -> None:
     scene = images(pictures(), sure_ground)
     assert descent(scene, (100.0, 104.0), 12.0) == (-math.inf, math.inf)
+
+
+def shadow(*, slope: float, row: int, lower: float) -> Witness:
+    """Return a pair with a post's shadow across it, the right image some rows lower."""
+    rng = np.random.default_rng(3)
+    left = 110.0 + _texture(rng)
+    v, u = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    left[np.abs(v - row + slope * (u - 160)) < 2] -= 80
+    right = _moved(left, LEVELS)
+    move = np.array([[1, 0, 0], [0, 1, lower]], dtype=np.float32)
+    right = np.asarray(cv2.warpAffine(right, move, SHAPE[::-1]), dtype=np.float64)
+    return Witness(left=_taken(left, rng), right=_taken(right, rng))
+
+
+@pytest.mark.parametrize(
+    ("slope", "row", "lower"),
+    [(0.12, 130, 0.35), (-0.07, 138, -0.35), (0.2, 138, 0.35)],
+)
+def test_a_shadow_is_no_hole_where_rows_are_a_little_off(
+    sure_ground: Ground, slope: float, row: int, lower: float
+) -> None:
+    assert found(shadow(slope=slope, row=row, lower=lower), sure_ground) == []

@@ -29,6 +29,8 @@ _VAGUE = (0.15, 0.08)  # ... of width (side walls) and length (close to the far 
 _SHALLOWER = 0.3  # ... and of the depth: where the wall's foot is
 _BELIEVED = 10.0  # log-likelihood ratio of what is rather sure
 _SAMPLES = 32  # points of a lip
+_ROWS = (-0.5, -0.35, -0.2, 0.2, 0.35, 0.5)  # by which the images' rows may be off [px]
+_LEFT = 0.6  # share of the misfit to the floor that they leave; of true pits 0.8 and more
 
 
 def openings(
@@ -66,7 +68,7 @@ def openings(
         region = None if sunken is None else _region(sunken, sorter)
         if sunken is None or region is None or any(region.overlaps(other) for other in taken):
             continue
-        if not _sinks(region) or refused(region):
+        if not _sinks(region) or refused(region) or _rows_explain(region, images):
             continue
         hole = _hole(sunken, region, view, ground, images)
         if hole is not None:
@@ -122,6 +124,28 @@ def _sinks(region: Region) -> bool:
     if len(inside) and median(inside) > -_LEANS:
         return False
     return bool(part.on_floor[around].mean() > _FLOOR)
+
+
+def _rows_explain(region: Region, images: Scene) -> bool:
+    """Tell whether the floor fits the images much better where their rows are a little off.
+
+    On an edge nearly along the row, as that of a shadow or of a painted line, a shift of rows
+    looks like a much larger one of disparity.
+    """
+    v, u = np.nonzero(region.mask)
+    floor = region.sorting.floor[v, u] - np.float32(images.offset)
+    u, v = u + region.left, v + region.top
+    here = images.witness.left[v, u].astype(np.float32)
+    right = images.witness.right.astype(np.float32)
+
+    def misfit(rows: float) -> float:
+        at, row = (place.astype(np.float32) for place in (u - floor, v + rows))
+        seen = cv2.remap(right, at, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        difference = here - np.asarray(seen, dtype=np.float32).ravel()
+        difference -= np.float32(median(difference))
+        return float((difference * difference).mean())
+
+    return min(misfit(rows) for rows in _ROWS) < _LEFT * misfit(0.0)
 
 
 def _hole(sunken: Sunken, region: Region, view: View, ground: Ground, images: Scene) -> Hole | None:
