@@ -36,6 +36,7 @@ def slopes_down(region: Region, scene: Scene) -> bool:
     scene : Scene
     """
     u, v = region.near_rim()
+    u, v = u + region.left, v + region.top
     lip = median(scene.surface.level(u, v))
     likelier, steepness = descent(scene, (float(u[0]), float(u[-1])), lip)
     return likelier > _AS_LIKELY and steepness < _STEEPEST

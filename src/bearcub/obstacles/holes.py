@@ -31,7 +31,6 @@ from bearcub.obstacles.regions import (
     EDGE_ROWS,
     LEAST_COLUMNS,
     LEAST_PIXELS,
-    LEAST_ROWS,
     MIRRORED,
     Region,
     regions_below,
@@ -197,9 +196,8 @@ def _matched(
     if np.count_nonzero(below) * scene.segments.step**2 < LEAST_PIXELS:
         return found, doubtful
     for region in regions_below(below, sorter, scene.segments.step):
-        if images is not None and not (
-            large(region, images) or _shown(region, images, sorter, narrow=False)
-        ):
+        told_alone = images is not None and large(region, images)
+        if not (images is None or told_alone or _shown(region, images, sorter, narrow=False)):
             continue
         hole = _judge(region, scene)
         if hole is None:
@@ -210,7 +208,7 @@ def _matched(
         elif (sure or not pit) and _shown(region, images, sorter, narrow=hole.width < _NARROW):
             if pit or not slopes_down(region, images):
                 found.append((hole, region))
-        elif pit:
+        elif pit and told_alone:
             doubtful.append(region)
     return _apart(found), doubtful
 
@@ -242,11 +240,10 @@ def _shown(region: Region, images: Scene, sorter: Sorter, *, narrow: bool) -> bo
 def _judge(region: Region, scene: _Scene) -> Hole | None:
     """Tell whether a region is a hole, and measure it."""
     mask, sorting = region.mask, region.sorting
-    u = np.flatnonzero(mask.sum(axis=0) >= LEAST_ROWS)
+    u, bottom = region.near_rim()
     if len(u) < LEAST_COLUMNS:
         return None
     top = mask.argmax(axis=0)[u]
-    bottom = mask.shape[0] - 1 - mask[::-1].argmax(axis=0)[u]
     near_floor = _borders(sorting.on_floor, u, bottom, +1)
     resumed = sorting.on_floor & (sorting.residual > -_RESUMED * sorting.allowed)
     rows = int(bottom.max() - top.min()) + 1

@@ -49,7 +49,7 @@ def openings(
     known : list of Region
         The others' pixels.
     doubtful : list of Region
-        What may be holes by their disparities, and not by the images pixel by pixel.
+        What may be holes by their disparities, and not by the images pixel by pixel; all `large`.
     images : Scene
     sorter : Sorter
     view : View
@@ -58,7 +58,7 @@ def openings(
         Tells what is no hole for other reasons.
     """
     seen = mouths(images.witness, images.surface, images.projection, offset=images.offset)
-    told = [_mouth(region, images.surface) for region in doubtful if large(region, images)]
+    told = [_mouth(region, images.surface) for region in doubtful]
     taken = list(known)
     found = []
     for mouth in seen[:_TRIES] + told:
@@ -78,7 +78,13 @@ def openings(
 
 
 def large(region: Region, images: Scene) -> bool:
-    """Tell what may be a part of a hole from what is as small as noise."""
+    """Tell what may be a part of a hole from what is as small as noise.
+
+    Parameters
+    ----------
+    region : Region
+    images : Scene
+    """
     p = images.projection
     u, v = region.pixels()
     level = images.surface.level(u + region.left, v + region.top)
@@ -136,10 +142,11 @@ def _rows_explain(region: Region, images: Scene) -> bool:
     floor = region.sorting.floor[v, u] - np.float32(images.offset)
     u, v = u + region.left, v + region.top
     here = images.witness.left[v, u].astype(np.float32)
-    right = images.witness.right.astype(np.float32)
+    first = max(0, int(v.min()) - 1)
+    right = images.witness.right[first : int(v.max()) + 2].astype(np.float32)
 
     def misfit(rows: float) -> float:
-        at, row = (place.astype(np.float32) for place in (u - floor, v + rows))
+        at, row = (place.astype(np.float32) for place in (u - floor, v - first + rows))
         seen = cv2.remap(right, at, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         difference = here - np.asarray(seen, dtype=np.float32).ravel()
         difference -= np.float32(median(difference))

@@ -66,10 +66,10 @@ class Region:
         return u, v
 
     def near_rim(self) -> tuple[Index, Index]:
-        """Return columns and rows in the image of the last pixel of its columns."""
+        """Return the columns with enough pixels, and the last row of each, in the window."""
         u = np.flatnonzero(self.mask.sum(axis=0) >= LEAST_ROWS)
         v = self.mask.shape[0] - 1 - self.mask[::-1].argmax(axis=0)[u]
-        return u + self.left, v + self.top
+        return u, v
 
     def holds(self, u: int, v: int) -> bool:
         """Tell whether a pixel of the image is one of its own, or enclosed by them."""
