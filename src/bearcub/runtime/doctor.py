@@ -272,8 +272,8 @@ def processor_remark(*, frames: int = 10) -> Remark:
         f"{cores} cores, load {load:.1f}"
     )
     if took > FRAME_BUDGET_MS:
-        faster = "native" if levels() else "bm"
-        advice = f"use smaller pictures (--scale), or matcher = {faster}"
+        faster = "half_resolution = true" if levels() else "matcher = bm"
+        advice = f"use smaller pictures (--scale), or {faster}"
         return Remark(text, grade=Grade.WARNING, advice=advice)
     if cores - load < 1:
         return Remark(text, grade=Grade.WARNING, advice="end other programs: no core is free")
