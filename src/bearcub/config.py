@@ -124,6 +124,9 @@ class Matching(Table):
     sharpen: bool = setting(
         True, "register every window once more for an unbiased fraction of a pixel"
     )
+    align: bool = setting(
+        True, "measure how the rows of the pair are off, and put the right image's right"
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

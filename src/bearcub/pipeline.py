@@ -268,7 +268,7 @@ def _notes(disparity: DisparityMap, ground: Ground) -> tuple[str, ...]:
     if abs(disparity.epipolar_offset) > 0.5:
         notes.append(
             f"the right image is {disparity.epipolar_offset:+.1f} px lower than the left: "
-            "expected at most 0.5 px; calibrate or rectify again"
+            "expected at most 0.5 px; it is put right, but calibrate or rectify again"
         )
     if math.degrees(ground.tilt_disagreement) > 3.0:
         notes.append(

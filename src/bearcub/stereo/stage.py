@@ -13,15 +13,16 @@ from bearcub.messages import DisparityMap, Float32, UInt8, as_disparity, as_imag
 from bearcub.rig.model import Camera, Mount
 from bearcub.stereo.checks import check_disparity, check_order
 from bearcub.stereo.choice import matcher_for, refinement
-from bearcub.stereo.epipolar import epipolar_offset
 from bearcub.stereo.gates import gate
 from bearcub.stereo.grain import without_grain
 from bearcub.stereo.images import grey
 from bearcub.stereo.matchers import Matcher
 from bearcub.stereo.native import COMPILED, NativeGate, core
+from bearcub.stereo.rows import RowTracker
 from bearcub.stereo.search import search_range
 
 _SOUND = 0.5  # share of matched pixels that leaves no doubt of a map
+_TRIES = 2  # matches at most after the first one until the rows fit
 _MANY = 0.6  # share of matched pixels that no swapped pair has
 
 
@@ -43,7 +44,8 @@ class StereoStage:
     sharpen : bool
         Register every window once more for an unbiased fraction of a pixel.
     align : bool
-        Measure the pair's vertical misalignment, too.
+        Measure how the rows of the pair are off, and put the right image's right. The first pair
+        is matched again where they were.
     threads : int
         That gate and registration use where they are compiled.
     """
@@ -67,6 +69,7 @@ class StereoStage:
         )
         self._sharpen = refinement(threads=threads) if sharpen else None
         self._align = align
+        self._rows = RowTracker()
         self._order_settled = False
 
     @classmethod
@@ -82,7 +85,7 @@ class StereoStage:
             contrast=matching.contrast,
             speckle_area=matching.speckle_area,
             sharpen=matching.sharpen,
-            align=align,
+            align=align and matching.align,
             threads=matching.threads,
         )
 
@@ -117,6 +120,16 @@ class StereoStage:
                 f"left is {left.shape[1]} x {left.shape[0]} pixels and right "
                 f"{right.shape[1]} x {right.shape[0]}: expected one size"
             )
+        matched = self._match(left, right, first_row)
+        for _ in range(_TRIES if self._align else 0):
+            if not self._rows.learn(matched):
+                break
+            matched = self._match(left, right, first_row)
+        return replace(matched, epipolar_offset=self._rows.offset)
+
+    def _match(self, left: UInt8, right: UInt8, first_row: int) -> DisparityMap:
+        """Match two grey images, the right one's rows put right by what is known of them."""
+        right = self._rows.rows.undone(right)
         clear = without_grain(left, right)
         rows = np.s_[first_row:]
         found = self._matcher(clear[0][rows], clear[1][rows])
@@ -136,16 +149,12 @@ class StereoStage:
             self._order_settled = self._check_order(left, right, disparity)
         if self._sharpen is not None:
             disparity = self._sharpen(left, right, disparity)
-        offset = math.nan
-        if self._align:
-            offset = epipolar_offset(left, right, disparity, largest=self._matcher.largest)
         if self._doffs != 0.0:
             disparity += np.float32(self._doffs)
         return _taken(
             disparity,
             smallest=self._matcher.smallest + self._doffs,
             largest=self.largest,
-            offset=offset,
             fattening=self._matcher.fattening,
         )
 
@@ -184,7 +193,7 @@ def from_disparity(
     adjusted = as_disparity(disparity, name=name)
     if doffs != 0.0 or adjusted.flags.writeable:
         adjusted = adjusted + np.float32(doffs)
-    taken = _taken(adjusted, smallest=0.0, largest=math.inf, offset=math.nan, fattening=0.0)
+    taken = _taken(adjusted, smallest=0.0, largest=math.inf, fattening=0.0)
     if taken.valid_share < _SOUND:
         check_disparity(as_disparity(disparity, name=name) + np.float32(doffs), name=name)
     return taken
@@ -213,9 +222,7 @@ def _count_valid(disparity: Float32) -> tuple[int, int]:
     return int(np.count_nonzero((disparity >= 0) & (disparity < math.inf))), unmatched
 
 
-def _taken(
-    adjusted: Float32, *, smallest: float, largest: float, offset: float, fattening: float
-) -> DisparityMap:
+def _taken(adjusted: Float32, *, smallest: float, largest: float, fattening: float) -> DisparityMap:
     """Make a map of adjusted disparity, its own from now on.
 
     What lies up to a pixel beyond infinity is infinity; what lies farther beyond, or is infinite,
@@ -232,6 +239,5 @@ def _taken(
         smallest=max(smallest, 0.0),
         largest=largest,
         valid_share=valid / adjusted.size,
-        epipolar_offset=offset,
         fattening=fattening,
     )

@@ -1,0 +1,284 @@
+"""Rows of a pair put on each other: what a rectification leaves is measured and undone.
+
+Real calibrations leave a fifth of a row between the images, more when a lens warms or a mount
+bends. Matchers hardly mind, but on an edge nearly along the row, as that of a shadow or a painted
+line, it looks like pixels of disparity. What the right image `R` shows at a match is what the left
+one `L` shows ``e`` rows farther up, so that with the gradients ``g_u`` and ``g_v`` along row and
+column the two differ by ``D = R - L = -e g_v - h g_u`` to first order [1]_, ``h`` being what the
+disparity is off. Over a cell in which both are the same, least squares give
+
+    ``e = -(S_vD S_uu - S_uD S_uv) / (S_vv S_uu - S_uv^2)``.
+
+Products of gradients are those of one image with the other, whose noises do not know of each
+other: noise alone adds nothing to them. A plane through the cells is what is undone.
+
+References
+----------
+.. [1] B. D. Lucas, T. Kanade: "An iterative image registration technique with an application to
+   stereo vision", IJCAI 1981.
+.. [2] R. G. Keys: "Cubic convolution interpolation for digital image processing", IEEE Transactions
+   on Acoustics, Speech, and Signal Processing 29, 1981.
+"""
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from bearcub.messages import DisparityMap, Float32, UInt8
+from bearcub.robust import median
+from bearcub.stereo.epipolar import epipolar_offset
+from bearcub.stereo.native import COMPILED, core
+
+_CELL = (16, 8)  # columns and rows that are off alike [px]
+_MARGIN = 5  # rows above and below a cell that its gradients need [px]
+_BLUR = 1.0  # deviation: differences are gradients in smooth images alone [px]
+_SLOPE = np.array([1, -8, 0, 8, -1], dtype=np.float32) / 12  # exact for polynomials of degree 4
+_AT_FIRST, _LATER = 2, 24  # one row of cells in so many is looked at
+_FEWEST = 20  # cells that say something together
+_KNOWN = 0.5  # share of a cell that must be matched
+_ACROSS = 0.5  # mean square gradient along the row below which it explains nothing [grey levels^2]
+_FLAT = 0.1  # ... across it that rounding leaves
+_OUTLIER = 4.0  # deviations of the difference beyond which it says no more
+_TOGETHER = 5.0  # how much larger errors are than cells of independent errors would make them
+_PRIOR = np.diag([4.0, 11.0, 11.0])  # information: calibrations leave 0.5, 0.3, 0.3 px of the three
+_KEPT = 0.98  # of what earlier frames said, with every frame
+_LEAST = 1e-3 * np.eye(3)  # of what is solved for, so that it has a solution
+_STEPS = 5
+_NEGLIGIBLE = 0.04  # what is not undone [px]
+_COARSE = 0.5  # what gradients cannot tell any more [px]
+
+Values = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rows:
+    """By how many rows the right image lies lower than the left one.
+
+    Attributes
+    ----------
+    shift : float
+        In the middle [px].
+    turn, stretch : float
+        By how much more at the right end and at the lower end of the image [px].
+    """
+
+    shift: float = 0.0
+    turn: float = 0.0
+    stretch: float = 0.0
+
+    def beside(self, other: "Rows") -> float:
+        """Return by how much these rows differ from others at most [px]."""
+        return (
+            abs(self.shift - other.shift)
+            + abs(self.turn - other.turn)
+            + abs(self.stretch - other.stretch)
+        )
+
+    def undone(self, right: UInt8, *, compiled: bool = COMPILED) -> UInt8:
+        """Return a right image with its rows where the left image has them.
+
+        Parameters
+        ----------
+        right : ndarray of uint8, shape (H, W)
+            Grey; what it shows is interpolated by cubic convolution [2]_.
+        compiled : bool
+            By the native core, ``native/src/rectify_kernels.cpp``; else by OpenCV, which rounds
+            rows to thirty-seconds.
+        """
+        if self == Rows():
+            return right
+        height, width = right.shape
+        across, down = 2 * self.turn / width, 2 * self.stretch / height
+        first = self.shift - 0.5 * (across * (width - 1) + down * (height - 1))
+        if compiled:
+            slid = np.empty_like(right, order="C")
+            core.slide_rows(right, first=first, across=across, down=down, answer=slid)
+            return slid
+        source = np.array([[1.0, 0.0, 0.0], [across, 1.0 + down, first]])
+        flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
+        put_right = cv2.warpAffine(
+            right, source, (width, height), flags=flags, borderMode=cv2.BORDER_REPLICATE
+        )
+        return np.asarray(put_right, dtype=np.uint8)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Cells:
+    """What cells say: `moment` is `slope` times the rows that they are off, with noise of `spread`.
+
+    `basis` holds 1, x and y of each cell, x and y from -1 to 1. Arrays of shape (N,), (N, 3).
+    """
+
+    moment: Values
+    slope: Values
+    spread: Values
+    basis: Values
+
+
+class RowTracker:
+    """Measures the rows of pairs from one camera, better with every frame.
+
+    Attributes
+    ----------
+    rows : Rows
+        What is to be undone. It stays as it is while what is measured differs by no more than
+        can be neglected, so that equal pairs are answered alike.
+    offset : float
+        How much lower the right image lies in its middle [px]; NaN until it was measured.
+    """
+
+    def __init__(self) -> None:
+        self.offset = math.nan
+        self._frame = 0
+        self._begin(Rows())
+
+    def learn(self, matched: DisparityMap) -> bool:
+        """Learn from one matched pair; tells whether it should be matched again.
+
+        So it should where rows turn out to be off by more than is known of them: with the first
+        pair, or when something has bent.
+
+        Parameters
+        ----------
+        matched : DisparityMap
+            With its images, the right one's rows put right by `rows`.
+        """
+        if matched.left is None or matched.right is None:
+            return False
+        raw = matched.disparity - np.float32(matched.offset)
+        steady = self._known
+        if steady and self._look(matched.left, matched.right, raw):
+            return False
+        coarse = epipolar_offset(matched.left, matched.right, raw, largest=matched.largest)
+        if abs(coarse) > _COARSE:
+            self.offset = self.rows.shift + coarse
+            self._begin(Rows(shift=self.offset))
+            return True
+        before = self.rows
+        if not steady and self._look(matched.left, matched.right, raw):
+            if self.rows == before:
+                return False
+            self._begin(self.rows)  # from this pair, which will say it better
+            return True
+        if not math.isnan(coarse):
+            self.offset = before.shift + coarse
+        return False
+
+    def _begin(self, rows: Rows) -> None:
+        """Take these rows for a first guess, and forget what was measured."""
+        self.rows = rows
+        self._known = False
+        self._information = np.zeros((3, 3))
+        self._weighed = np.zeros(3)
+
+    def _look(self, left: UInt8, right: UInt8, disparity: Float32) -> bool:
+        """Measure one pair by its cells; tells whether they say anything."""
+        step = _LATER if self._known else _AT_FIRST
+        cells = _cells(left, right, disparity, first=self._frame % step, step=step)
+        self._frame += 1
+        if cells is None:
+            return False
+        information, plane = _fit(cells)
+        if self._known and abs(float(plane[0])) > _COARSE:
+            return False
+        before = np.array([self.rows.shift, self.rows.turn, self.rows.stretch])
+        self._information = _KEPT * self._information + information
+        self._weighed = _KEPT * self._weighed + information @ (before + plane)
+        known = np.linalg.solve(self._information + _PRIOR, self._weighed).tolist()
+        rows = Rows(shift=known[0], turn=known[1], stretch=known[2])
+        if not self._known:
+            self.offset = rows.shift
+        if rows.beside(self.rows) > _NEGLIGIBLE:
+            self.rows = rows
+            self.offset = rows.shift
+        self._known = True
+        return True
+
+
+def _fit(cells: _Cells) -> tuple[Values, Values]:
+    """Return the information about shift, turn and stretch, and their M-estimates."""
+    basis, spread = cells.basis, np.sqrt(cells.spread)
+    weight: Values = np.ones(len(spread))
+    plane = np.zeros(3)
+    for _ in range(_STEPS):
+        slopes = basis.T @ (basis * (weight * cells.slope)[:, None])
+        seen = basis.T @ (weight * cells.moment)
+        plane = np.asarray(np.linalg.solve(slopes + _LEAST, seen), dtype=np.float64)
+        miss = np.abs(cells.moment - cells.slope * (basis @ plane)) / spread
+        scale = 1.4826 * median(miss) + 1e-6
+        weight = np.minimum(1.0, 1.5 * scale / np.maximum(miss, 1e-9))
+        weight[miss > 5 * scale] = 0.0
+    noise = basis.T @ (basis * (weight * spread * scale * _TOGETHER)[:, None] ** 2)
+    return slopes @ np.linalg.solve(noise + _LEAST, slopes), plane
+
+
+def _cells(
+    left: UInt8, right: UInt8, disparity: Float32, *, first: int, step: int
+) -> _Cells | None:
+    """Ask one row of cells in `step`, from the one `first` on; None where too few answer."""
+    height, across = disparity.shape[0], disparity.shape[1] // _CELL[0]
+    width = across * _CELL[0]
+    top = np.arange(_MARGIN + _CELL[1] * first, height - _CELL[1] - _MARGIN + 1, _CELL[1] * step)
+    rows = (top[:, None] + np.arange(-_MARGIN, _CELL[1] + _MARGIN)).ravel()
+    known = np.isfinite(disparity[rows, :width])
+    at = np.arange(width, dtype=np.float32) - np.where(
+        known, disparity[rows, :width], np.float32(0)
+    )
+    known &= (at >= 1) & (at < disparity.shape[1] - 2)
+    if np.count_nonzero(known) < _FEWEST * _CELL[0] * _CELL[1]:
+        return None
+    one, other = (_smoothed(image[rows]) for image in (left, right))
+    line = np.broadcast_to(np.arange(len(rows), dtype=np.float32)[:, None], at.shape)
+    other = np.asarray(cv2.remap(other, at, line, cv2.INTER_LINEAR), dtype=np.float32)
+    one = one[:, :width]
+
+    def mean(image: Float32) -> Float32:
+        """Return the means over cells of what is known."""
+        bands = (image * known).reshape(len(top), -1, width)[:, _MARGIN:-_MARGIN]
+        size = across, len(top)
+        flat = bands.reshape(-1, width)
+        return np.asarray(cv2.resize(flat, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
+
+    share = mean(np.ones_like(one))
+    gain = (mean(one) + np.float32(1)) / (mean(other) + np.float32(1))
+    gain = gain.repeat(_CELL[0], axis=1).repeat(len(rows) // len(top), axis=0)
+    difference = other * gain - one
+    limit = _OUTLIER * max(1.4826 * median(np.abs(difference[known])), 0.5)
+    np.clip(difference, -limit, limit, out=difference)
+    u_one, v_one = _gradients(one)
+    u_other, v_other = _gradients(other)
+    u_d, v_d = (mean(0.5 * (x + y) * difference) for x, y in ((u_one, u_other), (v_one, v_other)))
+    uu = np.maximum(mean(u_one * u_other), np.float32(_ACROSS))
+    uv = 0.5 * mean(u_one * v_other + v_one * u_other)
+    told = share > _KNOWN
+    if np.count_nonzero(told) < _FEWEST:
+        return None
+    x = _centred(mean(at)[told] / share[told], disparity.shape[1])
+    middle = np.broadcast_to(top[:, None] + 0.5 * (_CELL[1] - 1), told.shape)
+    y = _centred(middle[told], height)
+    return _Cells(
+        moment=(u_d * uv / uu - v_d)[told].astype(np.float64),
+        slope=(mean(v_one * v_other) - uv * uv / uu)[told].astype(np.float64),
+        spread=0.5 * mean(v_one * v_one + v_other * v_other)[told].astype(np.float64) + _FLAT,
+        basis=np.stack([np.ones_like(x), x, y], axis=1),
+    )
+
+
+def _smoothed(image: UInt8) -> Float32:
+    return np.asarray(cv2.GaussianBlur(image, (0, 0), _BLUR), dtype=np.float32)
+
+
+def _gradients(image: Float32) -> tuple[Float32, Float32]:
+    """Return the gradients along row and column."""
+    none = np.ones(1, dtype=np.float32)
+    u, v = (cv2.sepFilter2D(image, -1, *axes) for axes in ((_SLOPE, none), (none, _SLOPE)))
+    return np.asarray(u, dtype=np.float32), np.asarray(v, dtype=np.float32)
+
+
+def _centred(place: NDArray[np.floating], size: int) -> Values:
+    """Return places in an image, in half its size from its middle."""
+    centred: Values = (2 * place.astype(np.float64) - (size - 1)) / size
+    return centred
