@@ -1,12 +1,19 @@
+import cv2
 import numpy as np
 import pytest
 
 from bearcub.errors import InputError
+from bearcub.messages import DisparityMap
 from bearcub.sim import degrade
-from bearcub.sim.sensor import Strength, linear, quantised
+from bearcub.sim.sensor import Strength, degrade_pair, linear, quantised
+from bearcub.stereo.rows import Rows, RowTracker
 
 GREY = np.full((120, 160), 120, dtype=np.uint8)
 COLOUR = np.dstack([GREY, GREY // 2, GREY + 60])
+TEXTURE = np.random.default_rng(5).integers(40, 200, (240, 320), dtype=np.uint8)
+SMOOTH = (
+    np.asarray(cv2.GaussianBlur(TEXTURE, (0, 0), 2.0) * 4.0 - 360).clip(0, 255).astype(np.uint8)
+)
 
 
 def test_light_and_pixels_convert_both_ways() -> None:
@@ -57,3 +64,48 @@ def test_unknown_strength_and_wrong_type_are_refused() -> None:
         degrade(GREY, "huge", 0)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="expected an 8-bit image"):
         degrade(GREY.astype(float), "weak", 0)
+
+
+def rows_between(strength: Strength, seed: int) -> Rows:
+    left, right = degrade_pair(SMOOTH, SMOOTH, strength, (seed,))
+    tracker = RowTracker()
+    nowhere = np.zeros(SMOOTH.shape, dtype=np.float32)
+    tracker.learn(DisparityMap(disparity=nowhere, largest=8.0, left=left, right=right))
+    return tracker.rows
+
+
+def test_a_pair_has_rows_that_are_a_little_off_and_more_so_when_strong() -> None:
+    weak, strong = (
+        np.array([(r.shift, r.turn) for r in (rows_between(strength, k) for k in range(10))])
+        for strength in ("weak", "strong")
+    )
+    # 0.1 and 0.3 px over the image: shifts of 0.07 and 0.21, turns of 0.12 and 0.37 at the end
+    assert 0.02 < weak.std(axis=0).min() < weak.std(axis=0).max() < 0.25
+    assert 0.1 < strong.std(axis=0).min() < strong.std(axis=0).max() < 0.7
+
+
+def test_a_pair_has_columns_that_are_exact() -> None:
+    edge = np.full((240, 320), 20, dtype=np.uint8)
+    edge[:, 160:] = 200
+    for seed in range(4):
+        pair = degrade_pair(edge, edge, "medium", (seed,))
+        # where light changes: the mean column, weighed by the gradient of the mean row
+        slopes = [np.diff(image.mean(axis=0))[155:164] for image in pair]
+        one, other = ((s * np.arange(9)).sum() / s.sum() for s in slopes)
+        assert one == pytest.approx(other, abs=0.05)
+
+
+def test_a_pair_is_the_same_with_the_same_seed_and_its_noises_differ() -> None:
+    one, other = (degrade_pair(COLOUR, COLOUR, "medium", (7,)) for _ in range(2))
+    for image, again in zip(one, other, strict=True):
+        np.testing.assert_array_equal(image, again)
+    assert (one[0] != one[1]).any()
+
+
+def test_motion_softens_a_pair() -> None:
+    dots = np.zeros((100, 100), dtype=np.uint8)
+    dots[10::20, 10::20] = 255
+    still = [int((degrade(dots, "strong", (k, 0)) > 60).sum()) for k in range(12)]
+    pairs = [degrade_pair(dots, dots, "strong", (k,)) for k in range(12)]
+    moved = [[int((image > 60).sum()) for image in pair] for pair in pairs]
+    assert min(np.mean(moved, axis=0)) > np.mean(still)

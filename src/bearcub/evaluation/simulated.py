@@ -27,6 +27,7 @@ from bearcub.evaluation.frames import Kept, load_frame, save_frame
 from bearcub.evaluation.verdict import Record
 from bearcub.sim.case import Case
 from bearcub.sim.render import Rendered, render
+from bearcub.sim.sensor import SENSORS
 
 RENDERERS = ("mujoco", "rays")
 """What can draw a case: MuJoCo (fast, the extra ``sim``) or the ray caster (slow, no grass)."""
@@ -187,7 +188,8 @@ def _given(case: Case, kept: Kept) -> Given:
 
 def _key(case: Case, renderer: str) -> str:
     """Return a name that changes with everything that the picture depends on."""
-    shown = repr((case.scene, case.rig, case.body, case.light, case.noise, case.seed, renderer))
+    sensor = SENSORS[case.noise]
+    shown = repr((case.scene, case.rig, case.body, case.light, sensor, case.seed, renderer))
     return hashlib.sha256(shown.encode()).hexdigest()[:24]
 
 

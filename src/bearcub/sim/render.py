@@ -9,7 +9,7 @@ from bearcub.geometry import Attitude, base_from_optical, camera_attitude, forwa
 from bearcub.messages import Bool, Float32, Float64, Int32, UInt8
 from bearcub.rig import Camera, Rig
 from bearcub.sim import truth
-from bearcub.sim.sensor import Strength, degrade, quantised
+from bearcub.sim.sensor import Strength, degrade_pair, quantised
 from bearcub.sim.solids import Part
 from bearcub.sim.texture import Reals
 from bearcub.sim.world import PitInside, Scene
@@ -113,7 +113,7 @@ def render(
     body : Attitude
         Of the body against gravity [rad]; what a perfect tilt sensor reads.
     noise : {"weak", "medium", "strong"} or None
-        Sensor model applied to both images (`degrade`), with `seed`.
+        Sensor model applied to both images (`degrade_pair`), with `seed`.
     supersample : int
         Rays per pixel in each direction.
     """
@@ -121,7 +121,7 @@ def render(
     hits = _exact(scene, view)
     left, right = _pair(scene, view, supersample=supersample)
     if noise is not None:
-        left, right = degrade(left, noise, (seed, 0)), degrade(right, noise, (seed, 1))
+        left, right = degrade_pair(left, right, noise, (seed,))
     disparity = (rig.camera.fx * rig.camera.baseline / hits.depth).astype(np.float32)
     for flags in (left.flags, right.flags, disparity.flags, hits.labels.flags):
         flags.writeable = False

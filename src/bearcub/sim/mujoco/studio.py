@@ -14,7 +14,7 @@ from bearcub.sim.light import Light
 from bearcub.sim.mujoco.casting import behind_grass, cast
 from bearcub.sim.mujoco.stage import Stage
 from bearcub.sim.render import LEVEL, Rendered, View
-from bearcub.sim.sensor import Strength, degrade
+from bearcub.sim.sensor import Strength, degrade_pair
 from bearcub.sim.world import Scene
 
 _CLEAR = Light()
@@ -58,7 +58,7 @@ class Studio:
         body : Attitude
             Of the body against gravity [rad]; what a perfect tilt sensor reads.
         noise : {"weak", "medium", "strong"} or None
-            Sensor model applied to both images (`degrade`), with `seed`.
+            Sensor model applied to both images (`degrade_pair`), with `seed`.
         seed : int
         """
         view = View.of(self._rig, body)
@@ -112,7 +112,7 @@ def photograph(
     """Return both cameras' pictures, read-only, each with noise of its own."""
     left, right = stage.pair(view)
     if noise is not None:
-        left, right = degrade(left, noise, (*seed, 0)), degrade(right, noise, (*seed, 1))
+        left, right = degrade_pair(left, right, noise, seed)
     left.flags.writeable = right.flags.writeable = False
     return left, right
 
