@@ -161,3 +161,36 @@ def test_joining_waits_for_no_order() -> None:
     one, other = joined(pieces, low=0.35), joined(pieces[::-1], low=0.35)
     assert len(one) == len(other) == 1
     assert one[0].extent.width == pytest.approx(other[0].extent.width)
+
+
+def test_ground_that_goes_on_behind_a_bank_level_with_its_top_is_no_other_thing() -> None:
+    bank = upright(right=-3.0, left=3.0)
+    plateau = upright(right=-1.0, left=2.0, ahead=6.0, top=1.02)
+    behind = replace(plateau, extent=replace(plateau.extent, lowest=0.95))
+    for pieces in ([bank, behind], [behind, bank]):
+        (found,) = joined(pieces, low=0.35)
+        assert found.extent == bank.extent
+        assert found.numbers == (*bank.numbers, *behind.numbers)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"top": 1.2},  # rises above the bank
+        {"lowest": 0.6},  # is seen below its top: the bank does not reach that far
+        {"distance": 3.0},  # stands before it
+        {"bottom": 0.95},  # hangs over the way, and the bank does not
+    ],
+)
+def test_what_stands_behind_a_bank_is_another_thing(change: dict[str, float]) -> None:
+    bank = upright(right=-3.0, left=3.0)
+    thing = upright(right=-1.0, left=2.0, ahead=6.0, top=1.02)
+    behind = replace(thing, extent=replace(thing.extent, **{"lowest": 0.95} | change))
+    assert len(joined([bank, behind], low=0.35)) == 2
+
+
+def test_the_underside_of_a_table_is_the_table() -> None:
+    top = upright(right=-0.6, left=0.6, ahead=2.0, top=0.75, bottom=0.69)
+    under = upright(right=-0.3, left=0.4, ahead=2.6, top=0.71, bottom=0.67)
+    (table,) = joined([under, top], low=0.35)
+    assert table.extent == top.extent

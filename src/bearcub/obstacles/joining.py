@@ -37,14 +37,21 @@ class Thing:
     numbers: tuple[int, ...]
 
 
-def joined(
-    pieces: list[Thing], *, low: float, unseen: Callable[[Thing, Thing], bool] | None = None
-) -> list[Thing]:
+Asked = Callable[[Thing, Thing], bool]
+"""What the map is asked about two pieces."""
+
+
+def _never(_one: Thing, _other: Thing) -> bool:
+    return False
+
+
+def joined(pieces: list[Thing], *, low: float, unseen: Asked = _never) -> list[Thing]:
     """Join pieces to whole things.
 
     The foot of a bank, or what the tolerance leaves of a kerb's, is grouped apart: it lies at
     other levels. A long surface whose range changes along it, or that is matched badly in places,
-    falls into pieces side by side; or the two ends of it are left, which lie on one line.
+    falls into pieces side by side; or the two ends of it are left, which lie on one line. What is seen over a thing's top and is level
+    with it is its top face, or ground that goes on behind it.
 
     Parameters
     ----------
@@ -64,23 +71,32 @@ def joined(
     while left:
         piece = left.pop(0)
         for k, whole in enumerate(kept):
-            if _continues(piece.extent, whole.extent) or (
-                unseen is not None
-                and _is_other_end(piece.extent, whole.extent, low=low)
-                and unseen(piece, whole)
-            ):
+            if _are_one(piece, whole, low=low, unseen=unseen):
                 del kept[k]
                 left.insert(0, _together(whole, piece))  # and may now touch others
                 break
-            if _is_foot(piece.extent, whole.extent, low=low):
-                kept[k] = _on_foot(whole, piece)
-                break
-            if _is_foot(whole.extent, piece.extent, low=low):
-                kept[k] = _on_foot(piece, whole)
+            larger = _with_part(whole, piece, low=low) or _with_part(piece, whole, low=low)
+            if larger:
+                kept[k] = larger
                 break
         else:
             kept.append(piece)
     return sorted(kept, key=lambda thing: thing.extent.distance)
+
+
+def _are_one(piece: Thing, whole: Thing, *, low: float, unseen: Asked) -> bool:
+    """Tell whether two pieces are of one surface."""
+    one, other = piece.extent, whole.extent
+    return _continues(one, other) or (_is_other_end(one, other, low=low) and unseen(piece, whole))
+
+
+def _with_part(whole: Thing, part: Thing, *, low: float) -> Thing | None:
+    """Return a thing with its foot or its top face, None where `part` is neither."""
+    if _is_foot(part.extent, whole.extent, low=low):
+        return _on_foot(whole, part)
+    if _is_level_top(part.extent, whole.extent):
+        return replace(whole, numbers=whole.numbers + part.numbers)
+    return None
 
 
 def _is_foot(piece: Extent, whole: Extent, *, low: float) -> bool:
@@ -120,6 +136,18 @@ def _is_other_end(piece: Extent, whole: Extent, *, low: float) -> bool:
         return False
     at = _nearest_bearing(piece, whole)
     return _at_one_height(piece, whole) and _meets(piece, whole, at, _on_line(whole, at), slack=1)
+
+
+def _is_level_top(piece: Extent, whole: Extent) -> bool:
+    """Tell whether all that is seen of a piece lies behind a thing, level with its top."""
+    inside = whole.right < piece.bearing < whole.left
+    return (
+        inside
+        and piece.left - piece.right < whole.left - whole.right
+        and (piece.bottom > 0) == (whole.bottom > 0)
+        and piece.distance > whole.distance
+        and max(piece.top - whole.top, whole.top - piece.lowest) <= _ABOVE
+    )
 
 
 def _gap(piece: Extent, whole: Extent) -> float:
