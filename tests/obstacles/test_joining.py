@@ -163,6 +163,25 @@ def test_joining_waits_for_no_order() -> None:
     assert one[0].extent.width == pytest.approx(other[0].extent.width)
 
 
+def test_parts_of_a_kerb_are_one_where_it_goes_on_between_them() -> None:
+    parts = [upright(right=y, left=y + 0.4, top=0.12) for y in (-1.5, 0.0, 1.2)]
+    (kerb,) = joined(parts, low=0.35, standing=lambda one, other: True)
+    assert (kerb.extent.right, kerb.extent.left) == (parts[0].extent.right, parts[2].extent.left)
+    assert len(joined(parts, low=0.35, standing=lambda one, other: False)) == 3
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        upright(right=0.0, left=0.4, top=0.3),  # higher
+        upright(right=0.0, left=0.4, top=0.12, bottom=0.05),  # hangs
+    ],
+)
+def test_what_ends_higher_or_hangs_is_no_part_of_a_kerb(other: Thing) -> None:
+    kerb = upright(right=-1.5, left=-1.1, top=0.12)
+    assert len(joined([kerb, other], low=0.35, standing=lambda one, other: True)) == 2
+
+
 def test_ground_that_goes_on_behind_a_bank_level_with_its_top_is_no_other_thing() -> None:
     bank = upright(right=-3.0, left=3.0)
     plateau = upright(right=-1.0, left=2.0, ahead=6.0, top=1.02)

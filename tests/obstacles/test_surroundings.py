@@ -1,4 +1,4 @@
-"""Whether a thing whose lower part is not told from the floor stands on it or hangs over it."""
+"""What is around a thing: its foot or the floor below it, what goes on beside it and between."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -6,10 +6,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bearcub.geometry import Projection
 from bearcub.messages import Float32, Ground
+from bearcub.obstacles.cloud import View
+from bearcub.obstacles.measure import Extent
 from bearcub.obstacles.segment import Member
 from bearcub.obstacles.sorting import Sorter
-from bearcub.obstacles.surroundings import goes_on_below, unseen_beside, unseen_between
+from bearcub.obstacles.surroundings import (
+    goes_on_below,
+    stands_between,
+    unseen_beside,
+    unseen_between,
+)
 
 LEVEL = 8.0  # of the thing [px]; the floor has it in row 100
 FOUND = slice(40, 70)  # rows in which it was found
@@ -102,3 +110,61 @@ def test_middle_of_a_thing_is_out_of_sight_where_little_is_matched_and_nothing_b
     d[30:60, 59 : 59 - behind : -1] = 2.0
     assert unseen_between(d, ONE, OTHER, farthest=7.0) == out_of_sight
     assert unseen_between(d, OTHER, ONE, farthest=7.0) == out_of_sight
+
+
+# f = 100 px, B = 0.12 m, a camera that looks level from 1.2 m up: the horizon is row 20, the floor
+# 1 m away has 12 px in row 140, what stands there is 0.2 m high in row 120
+KERB = Projection(fx=100.0, fy=100.0, cx=50.0, cy=20.0, baseline=0.12)
+AHEAD = View(
+    projection=KERB,
+    base_from_optical=np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]),
+    origin=np.array([0.0, 0.0, 1.2]),
+)
+
+
+def part(first: int, last: int) -> Extent:
+    """Return a part of a kerb 1 m ahead, 0.2 m high, in some columns."""
+    right, left = np.arctan((50 - np.array([last, first])) / 100)
+    return Extent(
+        x=1.0,
+        y=0.0,
+        distance=1.0,
+        bearing=0.5 * (right + left),
+        right=right,
+        left=left,
+        range_right=1 / np.cos(right),
+        range_left=1 / np.cos(left),
+        width=0.01 * (last - first),
+        top=0.2,
+        bottom=0.0,
+        lowest=0.0,
+        fill=1.0,
+        front=0.2,
+        climb=np.nan,
+        ground=0.0,
+        sigma_distance=0.01,
+        sigma_bearing=0.001,
+        sigma_width=0.02,
+        sigma_top=0.02,
+    )
+
+
+@pytest.mark.parametrize(
+    ("columns", "of_the_kerb", "goes_on"),
+    [
+        (slice(0, 100), 1.0, True),  # from one to the other
+        (slice(0, 100), 0.6, True),  # a matcher's smoothness leaves more than half of it
+        (slice(0, 100), 0.4, False),
+        (slice(0, 40), 1.0, False),  # the floor is seen behind it in half of the columns between
+    ],
+)
+def test_a_kerb_goes_on_where_its_face_is_seen(
+    sure_ground: Ground, columns: slice, of_the_kerb: float, *, goes_on: bool
+) -> None:
+    d = np.repeat(0.1 * np.arange(160)[:, None] - 2.0, 100, axis=1).astype(np.float32)
+    face = slice(120, 140)
+    d[face, columns] += of_the_kerb * (12.0 - d[face, columns])
+    sorter = Sorter.of(d, sure_ground, sigmas=3.0, unevenness=0.0, farthest_level=0.5)
+    left, right = part(5, 20), part(60, 95)
+    assert stands_between(sorter, AHEAD, left, right) == goes_on
+    assert stands_between(sorter, AHEAD, right, left) == goes_on

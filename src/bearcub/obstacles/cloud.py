@@ -47,6 +47,12 @@ class View:
         points += self.origin.astype(rays.dtype)[:, None]
         return points
 
+    def pixels(self, points: Float64) -> tuple[Float64, Float64, Float64]:
+        """Return columns, rows and disparities [px] of points in ``base_link``, shape (3, N)."""
+        p = self.projection
+        x, y, z = self.base_from_optical.T @ (points - self.origin[:, None])
+        return p.cx + p.fx * x / z, p.cy + p.fy * y / z, p.fx * p.baseline / z
+
 
 class Cloud(Protocol):
     """Bearings, ranges and heights of a thing's pixels."""

@@ -45,12 +45,15 @@ def _never(_one: Thing, _other: Thing) -> bool:
     return False
 
 
-def joined(pieces: list[Thing], *, low: float, unseen: Asked = _never) -> list[Thing]:
+def joined(
+    pieces: list[Thing], *, low: float, unseen: Asked = _never, standing: Asked = _never
+) -> list[Thing]:
     """Join pieces to whole things.
 
     The foot of a bank, or what the tolerance leaves of a kerb's, is grouped apart: it lies at
     other levels. A long surface whose range changes along it, or that is matched badly in places,
-    falls into pieces side by side; or the two ends of it are left, which lie on one line. What is seen over a thing's top and is level
+    falls into pieces side by side; or the two ends of it are left, which lie on one line. Of a kerb
+    hardly higher than the tolerance parts are left. What is seen over a thing's top and is level
     with it is its top face, or ground that goes on behind it.
 
     Parameters
@@ -60,6 +63,8 @@ def joined(pieces: list[Thing], *, low: float, unseen: Asked = _never) -> list[T
         What does not rise above it is low [m].
     unseen : callable, optional
         Tells of two pieces whether what is between them is out of sight.
+    standing : callable, optional
+        Tells of two pieces whether what is seen between them goes on from one to the other.
 
     Returns
     -------
@@ -71,7 +76,7 @@ def joined(pieces: list[Thing], *, low: float, unseen: Asked = _never) -> list[T
     while left:
         piece = left.pop(0)
         for k, whole in enumerate(kept):
-            if _are_one(piece, whole, low=low, unseen=unseen):
+            if _are_one(piece, whole, low=low, unseen=unseen, standing=standing):
                 del kept[k]
                 left.insert(0, _together(whole, piece))  # and may now touch others
                 break
@@ -84,10 +89,14 @@ def joined(pieces: list[Thing], *, low: float, unseen: Asked = _never) -> list[T
     return sorted(kept, key=lambda thing: thing.extent.distance)
 
 
-def _are_one(piece: Thing, whole: Thing, *, low: float, unseen: Asked) -> bool:
+def _are_one(piece: Thing, whole: Thing, *, low: float, unseen: Asked, standing: Asked) -> bool:
     """Tell whether two pieces are of one surface."""
     one, other = piece.extent, whole.extent
-    return _continues(one, other) or (_is_other_end(one, other, low=low) and unseen(piece, whole))
+    return (
+        _continues(one, other)
+        or (_is_other_end(one, other, low=low) and unseen(piece, whole))
+        or (_ends_alike(one, other) and standing(piece, whole))
+    )
 
 
 def _with_part(whole: Thing, part: Thing, *, low: float) -> Thing | None:
@@ -136,6 +145,15 @@ def _is_other_end(piece: Extent, whole: Extent, *, low: float) -> bool:
         return False
     at = _nearest_bearing(piece, whole)
     return _at_one_height(piece, whole) and _meets(piece, whole, at, _on_line(whole, at), slack=1)
+
+
+def _ends_alike(piece: Extent, whole: Extent) -> bool:
+    """Tell whether two things side by side end at one height."""
+    return (
+        _gap(piece, whole) > 0
+        and (piece.bottom > 0) == (whole.bottom > 0)
+        and abs(piece.top - whole.top) <= _ABOVE
+    )
 
 
 def _is_level_top(piece: Extent, whole: Extent) -> bool:

@@ -38,6 +38,7 @@ from bearcub.obstacles.surroundings import (
     goes_on_below,
     hidden_below,
     mixed,
+    stands_between,
     unseen_beside,
     unseen_between,
 )
@@ -299,6 +300,9 @@ class ObstacleStage:
             ],
             low=self.low_height,
             unseen=lambda one, other: self._unseen_between(one, other, frame),
+            standing=lambda one, other: stands_between(
+                frame.sorter, frame.view, one.extent, other.extent
+            ),
         )
 
     def _members(self, frame: _Frame) -> Iterator[Member]:

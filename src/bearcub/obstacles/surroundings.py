@@ -1,9 +1,13 @@
 """What is around a thing in the image: something nearer beside it, its foot or floor below it."""
 
+import math
+
 import numpy as np
 
 from bearcub.messages import Bool, Float32
+from bearcub.obstacles.cloud import View
 from bearcub.obstacles.joining import Box
+from bearcub.obstacles.measure import Extent
 from bearcub.obstacles.segment import Member, Segments
 from bearcub.obstacles.sorting import Sorter
 from bearcub.robust import median
@@ -15,6 +19,9 @@ _MATCHED = 0.4  # share of a column's pixels that are matched where something is
 _BEHIND = 0.1  # share of what is matched between two things that may be of what is behind them
 _BESIDE_ROWS = 24  # at which what is beside a thing is looked at
 _WIDEST = 64  # columns of it
+_FACE = (0.4, 0.55, 0.7, 0.85)  # heights at which a face is looked at, shares of its own
+_OFF_FACE = 0.05  # how far off its line a face may be, share of the disparity
+_ALONG_FACE = 0.7  # share of the way between two pieces in which it must be seen
 _BESIDE = 8  # columns or rows to a nearer thing's edge [px]
 
 
@@ -103,6 +110,50 @@ def unseen_between(d: Float32, one: Box, other: Box, *, farthest: float) -> bool
     matched = np.count_nonzero(np.isfinite(between))
     behind = np.count_nonzero(between < farthest)
     return bool(matched < _MATCHED * between.size and behind < _BEHIND * matched)
+
+
+def stands_between(
+    sorter: Sorter, view: View, one: Extent, other: Extent, *, along: int = 24
+) -> bool:
+    """Tell whether the face of one thing is seen between two of its pieces side by side.
+
+    Of a kerb hardly higher than the tolerance only parts stand out. Where it goes on between them,
+    its pixels are nearer to the disparity of the straight line between their ends than to the
+    floor's; where two things stand side by side, the floor is seen between them.
+
+    Parameters
+    ----------
+    sorter : Sorter
+        Of the frame.
+    view : View
+    one, other : Extent
+        The pieces.
+    along : int
+        Places between them that are looked at.
+    """
+    right, left = sorted((one, other), key=lambda extent: extent.bearing)
+    ends = (right.left, right.range_left), (left.right, left.range_right)
+    (x0, y0), (x1, y1) = ((r * math.cos(b), r * math.sin(b)) for b, r in ends)
+    share = (np.arange(along) + 0.5) / along
+    lift = 0.5 * (one.ground + other.ground)
+    top = min(one.top, other.top)
+    shape = (len(_FACE), along)
+    points = np.empty((3, *shape))
+    points[0], points[1] = x0 + share * (x1 - x0), y0 + share * (y1 - y0)
+    points[2] = lift + top * np.array(_FACE)[:, None]
+    u, v, expected = view.pixels(points.reshape(3, -1))
+    rows, columns = sorter.disparity.shape
+    inside = (u >= 0) & (u < columns) & (v >= 0) & (v < rows)
+    column, row = np.where(inside, u, 0).astype(int), np.where(inside, v, 0).astype(int)
+    # the floor before them: behind a kerb it may go on higher
+    plane = sorter.surface
+    floor = plane.level(column, row) * (plane.height / (plane.height - lift))
+    off = np.abs(sorter.disparity[row, column] - expected)
+    known = (inside & np.isfinite(off)).reshape(shape)
+    limit = np.minimum(0.5 * (expected - floor), _OFF_FACE * expected)
+    own = known & (off < limit).reshape(shape)
+    goes_on = own.sum(axis=0) > 0.5 * known.sum(axis=0)
+    return bool(np.count_nonzero(goes_on) > _ALONG_FACE * along)
 
 
 def _unseen(columns: Float32) -> tuple[int, float]:
