@@ -10,6 +10,7 @@ from bearcub.geometry import Attitude, Float64, Projection, camera_attitude, inv
 from bearcub.ground.fit import Gates, PlaneFit, fit_plane
 from bearcub.ground.prior import Prior, expect
 from bearcub.ground.profile import follow_floor, just_ahead
+from bearcub.ground.underfoot import height_underfoot
 from bearcub.messages import DisparityMap, Ground, Tilt
 from bearcub.rig.model import Mount
 
@@ -134,14 +135,7 @@ class GroundStage:
         )
 
     def _seen(self, prior: Prior, fit: PlaneFit, disparity: DisparityMap) -> Ground:
-        measured = _values(self.projection, fit.plane)
-        back = inverse(_plane_jacobian(self.projection, measured))
-        covariance = back @ fit.covariance @ back.T
-        ramp = prior.tilted and rises_ahead(prior.values, prior.sigma, measured, covariance)
-        if ramp:
-            values, covariance = prior.values, np.diag(prior.sigma**2)
-        else:
-            values, covariance = fuse(prior.values, prior.sigma, measured, covariance)
+        values, covariance, ramp = self._fused(prior, fit, disparity)
         attitude = Attitude(pitch=float(values[1]), roll=float(values[2]))
         plane = self.projection.plane(height=float(values[0]), down=attitude.down())
         jacobian = _plane_jacobian(self.projection, values)
@@ -183,6 +177,23 @@ class GroundStage:
             knot_noise=profile.noise,
             followed_to=profile.end,
         )
+
+    def _fused(
+        self, prior: Prior, fit: PlaneFit, disparity: DisparityMap
+    ) -> tuple[Float64, Float64, bool]:
+        """Return (height, pitch, roll) and their covariance from prior and image together.
+
+        The third value tells that what is seen rises or falls ahead, and the prior is the floor.
+        """
+        measured = _values(self.projection, fit.plane)
+        back = inverse(_plane_jacobian(self.projection, measured))
+        covariance = back @ fit.covariance @ back.T
+        if prior.tilted and rises_ahead(prior.values, prior.sigma, measured, covariance):
+            return prior.values, np.diag(prior.sigma**2), True
+        measured[0] = height_underfoot(
+            disparity.disparity, self.projection, fit, prior, unevenness=self.unevenness
+        )
+        return *fuse(prior.values, prior.sigma, measured, covariance), False
 
 
 def rises_ahead(expected: Float64, sigma: Float64, measured: Float64, covariance: Float64) -> bool:
