@@ -208,6 +208,13 @@ def test_what_stands_behind_a_bank_is_another_thing(change: dict[str, float]) ->
     assert len(joined([bank, behind], low=0.35)) == 2
 
 
+def test_a_low_thing_behind_another_is_another_though_little_of_it_stands_out() -> None:
+    near = upright(right=-0.5, left=0.5, ahead=7.6, top=0.2)
+    far = upright(right=-0.1, left=0.1, ahead=9.0, top=0.2)
+    behind = replace(far, extent=replace(far.extent, lowest=0.12))
+    assert len(joined([near, behind], low=0.35)) == 2
+
+
 def test_the_underside_of_a_table_is_the_table() -> None:
     top = upright(right=-0.6, left=0.6, ahead=2.0, top=0.75, bottom=0.69)
     under = upright(right=-0.3, left=0.4, ahead=2.6, top=0.71, bottom=0.67)

@@ -13,6 +13,7 @@ _BESIDE = (0.1, 0.02)  # how far before or behind it a piece may lie [m], share 
 _SLIVER = 0.05  # most of a surface's width that what a matcher leaves over of it has
 _LEAST_SLANT = 0.5  # sine of the least angle under which a surface is taken to be seen
 _ABOVE = 0.1  # how far above another a piece of the same surface may begin [m]
+_LEVEL = 0.2  # share of a thing's height within which something is level with its top
 
 Box = tuple[int, int, int, int]
 
@@ -159,12 +160,14 @@ def _ends_alike(piece: Extent, whole: Extent) -> bool:
 def _is_level_top(piece: Extent, whole: Extent) -> bool:
     """Tell whether all that is seen of a piece lies behind a thing, level with its top."""
     inside = whole.right < piece.bearing < whole.left
+    # of what is low the tolerance leaves no more than is level with another low thing
+    level = min(_ABOVE, _LEVEL * whole.top)
     return (
         inside
         and piece.left - piece.right < whole.left - whole.right
         and (piece.bottom > 0) == (whole.bottom > 0)
         and piece.distance > whole.distance
-        and max(piece.top - whole.top, whole.top - piece.lowest) <= _ABOVE
+        and max(piece.top - whole.top, whole.top - piece.lowest) <= level
     )
 
 
