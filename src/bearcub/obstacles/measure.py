@@ -19,8 +19,8 @@ _EXPLAINED = 0.7  # share of the variance of height that range must explain on a
 RISEN = 0.6  # share of its height that what stands upright has at its front
 _LONG = 1.5  # farthest over nearest range of what lies along the way
 _EXPLAINED_LONG = 0.25  # the same share where range itself is noisy
-_BEFORE = 1.06  # times a thing's disparity is where its ground begins, before what is its foot
-_STEP = 0.15  # what rises over a longer way is sloping ground [m]
+BEFORE = 1.06  # times a thing's disparity is where its ground begins, before what is its foot
+STEP = 0.15  # what rises over a longer way is sloping ground [m]
 _NEAREST = 10  # one in so many pixels of a direction is nearer than its face
 _LEANS = 2.5  # sigmas of the floor's noise from the nearest tenth to the median of an upright face
 _SHARPEST = 0.03  # share of its range that an edge may be nearer than its direction's mean
@@ -132,8 +132,8 @@ def measure(
     edge = math.hypot(_EDGE, 0.5 * fringe) * pixel
     row = cloud.range(0.5) * pixel
     low, high = _heights(cloud, row, stride=stride, fattening=fattening)
-    lift = surface.lift(_BEFORE * face.disparity)
-    risen = cloud.height_before(distance + _STEP + 3 * sigma_distance, 0.9)
+    lift = surface.lift(BEFORE * face.disparity)
+    risen = cloud.height_before(distance + STEP + 3 * sigma_distance, 0.9)
     risen = low if math.isnan(risen) else risen
     drop = abs(view.origin[2] - high) / face.disparity  # of height, by a pixel of disparity
     return Extent(

@@ -29,7 +29,8 @@ from bearcub.obstacles.free_range import free_range
 from bearcub.obstacles.holes import find_holes
 from bearcub.obstacles.joining import Box, Thing, joined
 from bearcub.obstacles.layers import Painter
-from bearcub.obstacles.measure import MARGIN, RISEN, Extent, cut_sides, measure
+from bearcub.obstacles.measure import MARGIN, RISEN, STEP, Extent, cut_sides, measure
+from bearcub.obstacles.ramps import carries_on, over_a_crest
 from bearcub.obstacles.segment import Member, Segments, segment
 from bearcub.obstacles.small import small_things
 from bearcub.obstacles.sorting import Sorter, Sorting
@@ -56,6 +57,7 @@ _TRIMMED = 0.25  # past a silhouette lies the column in which trimming ends, on 
 _FEET = 0.4  # 1-sigma of how much wider a thing is at its foot, share of the height that is hidden
 _GOES_ON = 0.5  # 1-sigma of how far a thing goes on where nothing is matched, share of the columns
 _REFINED = 4.0  # half the window in which a matched map was refined [px]
+_ACROSS = 0.9  # share of the columns of ground that goes on beyond both borders
 _BEHIND = 1.1  # times as far as two things is what is behind them, at least
 _ROUGH = 0.3  # noise of ground in clear images that is the ground's own [px]
 _SMALL = 400  # pixels of a thing that may be mixed ones
@@ -203,10 +205,15 @@ class ObstacleStage:
             layers=Layers(disparity=disparity.disparity, paint=painter),
         )
 
+    @property
+    def _focal(self) -> float:
+        """Focal length times baseline [px m]."""
+        return self.projection.fx * self.projection.baseline
+
     def _frame(self, disparity: DisparityMap, ground: Ground) -> _Frame:
         """Sort the pixels by the floor and group those above it."""
         d = disparity.disparity
-        farthest_level = self.projection.fx * self.projection.baseline / self.farthest
+        farthest_level = self._focal / self.farthest
         witness = Witness.of(disparity)
         sorter = Sorter.of(
             d,
@@ -271,17 +278,18 @@ class ObstacleStage:
     def _things(self, frame: _Frame) -> list[Thing]:
         """Measure every segment that counts, and what the images alone show."""
         found: list[Thing] = []
-        rising: list[Extent] = []
+        rising: list[Thing] = []
         shape = frame.disparity.disparity.shape
         for member in self._members(frame):
             extent, sure = self._extent(member, frame)
             if extent is None:
                 continue
+            box, numbers = _box(member, shape), (member.number,)
+            thing = Thing(extent=extent, box=box, pixels=member.pixels, numbers=numbers)
             if extent.climbs:
-                rising.append(extent)
+                rising.append(thing)
             if math.isfinite(sure) and _believed(member, frame, sure=sure):
-                box, numbers = _box(member, shape), (member.number,)
-                found.append(Thing(extent=extent, box=box, pixels=member.pixels, numbers=numbers))
+                found.append(thing)
         found += small_things(
             found,
             frame.witness,
@@ -350,7 +358,7 @@ class ObstacleStage:
                 hangs = False  # its foot is out of sight
             elif witnessed and goes_on_below(frame.sorter, member):
                 hangs, least = False, _SURE_FOOT
-        sure = self._sure(extent, member.pixels, hangs=hangs, witnessed=witnessed)
+        sure = self._sure(extent, member.pixels, frame, hangs=hangs)
         seen = replace(
             extent,
             bottom=extent.bottom if hangs else 0.0,
@@ -358,11 +366,12 @@ class ObstacleStage:
         )
         return seen, max(sure, least)
 
-    def _sure(self, extent: Extent, pixels: int, *, hangs: bool, witnessed: bool) -> float:
+    def _sure(self, extent: Extent, pixels: int, frame: _Frame, *, hangs: bool) -> float:
         """Return how sure the images must be that this is a thing; inf for what cannot be one.
 
         Stray matches fill little of their outline, or hang in the sky.
         """
+        witnessed = frame.witness is not None
         # a matcher's window alone makes a thing as wide as itself; a blade of grass has no area
         least = self.least_area if witnessed else 2 * self.least_area
         small = extent.width <= 0.0 or extent.width * extent.top < least
@@ -371,6 +380,14 @@ class ObstacleStage:
             return math.inf
         if extent.top < self.low_height and extent.front < RISEN * extent.top:
             return math.inf  # ground that climbs
+        if over_a_crest(
+            extent,
+            frame.ground,
+            frame.sorter.surface,
+            focal=self._focal,
+            carried=frame.disparity.fattening * extent.distance / self.projection.fy,
+        ):
+            return math.inf
         if extent.fill <= self.least_fill:
             return math.inf
         stray = pixels <= 10 * self.least_pixels or extent.fill <= 2 * self.least_fill
@@ -384,24 +401,23 @@ class ObstacleStage:
             2 * self.least_height + 3 * self.unevenness, min(1.5 * hidden, 0.4)
         )
 
-    def _goes_on(self, ramp: Extent, extent: Extent, frame: _Frame) -> bool:
-        """Tell what is only more of a ramp: behind its foot, and no higher than it goes on.
-
-        Or in the air: what is left of ground that far above.
-        """
-        behind = extent.distance - ramp.distance
-        aside = abs(extent.bearing - ramp.bearing) * extent.distance
-        if behind <= 0 or aside >= 0.5 * (extent.width + ramp.width):
-            return False
-        focal = self.projection.fx * self.projection.baseline
-        blur = 2 * frame.ground.noise * extent.distance**2 / focal
-        goes_on = ramp.ground + ramp.front + ramp.climb * (behind + blur) + self.least_height
-        return extent.lowest >= self.clearance or extent.ground + extent.front < goes_on
+    def _goes_on(self, ramp: Thing, extent: Extent, frame: _Frame) -> bool:
+        """Tell what is only more of a ramp, see `carries_on`."""
+        columns = ramp.box[2] + 1 - ramp.box[0]
+        along = 2 * frame.ground.noise * extent.distance**2 / self._focal
+        return carries_on(
+            ramp.extent,
+            extent,
+            across=columns > _ACROSS * frame.disparity.disparity.shape[1],
+            blur=max(along, STEP + 3 * extent.sigma_distance),
+            least=self.least_height,
+            overhead=self.clearance,
+        )
 
     def _unseen_between(self, one: Thing, other: Thing, frame: _Frame) -> bool:
         """Tell whether what is between two things is out of sight, see `unseen_between`."""
         ends = (x for e in (one.extent, other.extent) for x in (e.range_left, e.range_right))
-        farthest = self.projection.fx * self.projection.baseline / (_BEHIND * max(ends))
+        farthest = self._focal / (_BEHIND * max(ends))
         return unseen_between(frame.disparity.disparity, one.box, other.box, farthest=farthest)
 
     def _with_doubt(self, thing: Thing, frame: _Frame) -> Thing:
