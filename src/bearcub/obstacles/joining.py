@@ -162,12 +162,13 @@ def _is_level_top(piece: Extent, whole: Extent) -> bool:
     inside = whole.right < piece.bearing < whole.left
     # of what is low the tolerance leaves no more than is level with another low thing
     level = min(_ABOVE, _LEVEL * whole.top)
+    rise = piece.ground - whole.ground
     return (
         inside
         and piece.left - piece.right < whole.left - whole.right
         and (piece.bottom > 0) == (whole.bottom > 0)
         and piece.distance > whole.distance
-        and max(piece.top - whole.top, whole.top - piece.lowest) <= level
+        and max(rise + piece.top - whole.top, whole.top - piece.lowest - rise) <= level
     )
 
 
