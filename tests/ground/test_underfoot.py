@@ -1,4 +1,4 @@
-"""Before a step down the floor is the ground under the robot, not the lower ground in view."""
+"""Before a step the floor is the ground under the robot, not the higher or lower ground in view."""
 
 import math
 from collections.abc import Callable
@@ -32,6 +32,19 @@ def test_the_edge_of_a_step_down_is_floor_and_what_lies_below_a_drop(
     (drop,) = answer.holes
     assert drop.kind == "drop"
     assert drop.distance == pytest.approx(EDGE, abs=0.05)
+
+
+@pytest.mark.parametrize("height", [0.2, 0.3])
+def test_before_a_step_up_the_ground_behind_it_is_not_the_floor(
+    shot: Shot, noisy: Noisy, look: Look, height: float
+) -> None:
+    frame = shot(scenes.kerb(distance=EDGE, height=height), roll=5.0)
+    answer = look(noisy(frame.disparity, 0.2), roll=5.0, pitch=0.0)
+    assert answer.ground.height == pytest.approx(1.2, abs=0.03)
+    assert answer.holes == ()
+    (step,) = answer.obstacles
+    assert step.distance == pytest.approx(EDGE, abs=0.05)
+    assert step.height == pytest.approx(height, abs=0.03)
 
 
 def test_a_camera_mounted_higher_than_stated_stands_over_no_step(

@@ -1,8 +1,8 @@
-"""The ground under the robot, where lower ground fills the view.
+"""The ground under the robot, where higher or lower ground fills the view.
 
-Close to the edge of a step down nearly all that is seen is the ground below it, and the plane that
-most pixels support is that one. The strip before the edge, at the image's lower border, would be
-taken for a thing. But it lies as deep under the camera as the mount says, and the other does not.
+Close before a step nearly all that is seen is the ground behind it, and the plane that most pixels
+support is that one. The strip before the step, at the image's lower border, would be taken for a
+thing or for a hole. But it lies as deep under the camera as the mount says, and the other does not.
 """
 
 import numpy as np
@@ -33,7 +33,7 @@ def height_underfoot(
         Adjusted [px], NaN unmatched.
     projection : Projection
     fit : PlaneFit
-        Of the lowest surface in view.
+        Of what fills the view.
     prior : Prior
     unevenness : float
         Height of bumps that are still floor [m].
@@ -41,12 +41,12 @@ def height_underfoot(
     Returns
     -------
     float
-        That above the fitted plane, unless it is more than the mount's 1-sigma allows and what
-        lies before the robot is level and as far below the camera as the mount says.
+        That above the fitted plane, unless it is farther off than the mount's 1-sigma allows and
+        what lies before the robot is level and as far below the camera as the mount says.
     """
     height, _ = projection.floor(fit.plane)
     mounted, sigma = prior.height, float(prior.sigma[0])
-    if height - mounted <= sigma:
+    if abs(height - mounted) <= sigma:
         return height
     rows, columns = disparity.shape
     v, u = np.mgrid[rows - max(1, rows // _ROWS) : rows, 0:columns]
