@@ -182,6 +182,11 @@ def test_what_ends_higher_or_hangs_is_no_part_of_a_kerb(other: Thing) -> None:
     assert len(joined([kerb, other], low=0.35, standing=lambda one, other: True)) == 2
 
 
+def test_tall_things_side_by_side_are_parts_of_nothing() -> None:
+    trunks = [upright(right=y, left=y + 0.4) for y in (-1.5, 0.0)]
+    assert len(joined(trunks, low=0.35, standing=lambda one, other: True)) == 2
+
+
 def test_ground_that_goes_on_behind_a_bank_level_with_its_top_is_no_other_thing() -> None:
     bank = upright(right=-3.0, left=3.0)
     plateau = upright(right=-1.0, left=2.0, ahead=6.0, top=1.02)
@@ -220,3 +225,21 @@ def test_the_underside_of_a_table_is_the_table() -> None:
     under = upright(right=-0.3, left=0.4, ahead=2.6, top=0.71, bottom=0.67)
     (table,) = joined([under, top], low=0.35)
     assert table.extent == top.extent
+
+
+def test_the_far_edge_of_a_table_top_hangs_though_the_top_hides_what_is_below() -> None:
+    top = upright(right=-0.6, left=0.6, ahead=4.0, top=0.78, bottom=0.64)
+    edge = upright(right=-0.1, left=0.2, ahead=3.95, top=0.76)
+    hidden = replace(edge, extent=replace(edge.extent, lowest=0.72))
+    (table,) = joined([hidden, top], low=0.35)
+    assert table.extent == top.extent
+    # a can in front of it stands
+    assert len(joined([edge, top], low=0.35)) == 2
+
+
+@pytest.mark.parametrize(("width", "begins"), [(0.05, 0.82), (0.3, 0.79)])
+def test_a_sliver_does_not_tell_how_low_a_branch_hangs(width: float, begins: float) -> None:
+    branch = upright(right=-0.6, left=1.0, top=0.97, bottom=0.82)
+    piece = upright(right=0.0, left=width, top=0.95, bottom=0.79)
+    (whole,) = joined([branch, piece], low=0.35)
+    assert whole.extent.bottom == begins

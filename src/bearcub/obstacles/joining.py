@@ -96,7 +96,7 @@ def _are_one(piece: Thing, whole: Thing, *, low: float, unseen: Asked, standing:
     return (
         _continues(one, other)
         or (_is_other_end(one, other, low=low) and unseen(piece, whole))
-        or (_ends_alike(one, other) and standing(piece, whole))
+        or (_ends_alike(one, other, low=low) and standing(piece, whole))
     )
 
 
@@ -148,26 +148,31 @@ def _is_other_end(piece: Extent, whole: Extent, *, low: float) -> bool:
     return _at_one_height(piece, whole) and _meets(piece, whole, at, _on_line(whole, at), slack=1)
 
 
-def _ends_alike(piece: Extent, whole: Extent) -> bool:
-    """Tell whether two things side by side end at one height."""
+def _ends_alike(piece: Extent, whole: Extent, *, low: float) -> bool:
+    """Tell whether two things side by side, neither of them tall, end at one height."""
     return (
         _gap(piece, whole) > 0
+        and max(piece.top, whole.top) < 2 * low
         and (piece.bottom > 0) == (whole.bottom > 0)
         and abs(piece.top - whole.top) <= _ABOVE
     )
 
 
 def _is_level_top(piece: Extent, whole: Extent) -> bool:
-    """Tell whether all that is seen of a piece lies behind a thing, level with its top."""
+    """Tell whether all that is seen of a piece lies behind a thing, level with its top.
+
+    Nor does it stand where all that hides its foot hangs.
+    """
     inside = whole.right < piece.bearing < whole.left
     # of what is low the tolerance leaves no more than is level with another low thing
     level = min(_ABOVE, _LEVEL * whole.top)
     rise = piece.ground - whole.ground
+    hang_alike = (piece.bottom > 0) == (whole.bottom > 0) or piece.lowest > whole.bottom > 0
     return (
         inside
         and piece.left - piece.right < whole.left - whole.right
-        and (piece.bottom > 0) == (whole.bottom > 0)
-        and piece.distance > whole.distance
+        and hang_alike
+        and piece.distance > whole.distance - _beside(whole.distance)
         and max(rise + piece.top - whole.top, whole.top - piece.lowest - rise) <= level
     )
 
@@ -246,6 +251,9 @@ def _together(one: Thing, other: Thing) -> Thing:
     right = min(wide, small, key=lambda extent: extent.right)
     left = max(wide, small, key=lambda extent: extent.left)
     half = 0.5 * (left.left - right.right)
+    # a few pixels tell no better than the rest where it begins
+    doubt = 2 * small.sigma_top if small.width < _SLIVER * wide.width else 0.0
+    bottom = wide.bottom if wide.bottom < small.bottom + doubt else small.bottom
     extent = replace(
         wide,
         x=near.x,
@@ -259,7 +267,7 @@ def _together(one: Thing, other: Thing) -> Thing:
         range_left=left.range_left,
         width=max(wide.width, (right.range_right + left.range_left) * math.sin(half)),
         top=max(wide.top, small.top),
-        bottom=min(wide.bottom, small.bottom),
+        bottom=bottom,
     )
     boxes = list(zip(one.box, other.box, strict=True))
     return Thing(
