@@ -160,3 +160,24 @@ def test_brighter_camera_is_no_evidence_of_a_hole(floor: Float32) -> None:
 def test_nothing_to_ask_is_no_evidence(floor: Float32) -> None:
     none = np.zeros(0, dtype=np.int64)
     assert pictures(floor).shifted(none, none, np.zeros(0, dtype=np.float32), -1.5) == 0.0
+
+
+def test_a_pit_reaches_down_through_what_is_not_matched_to_the_floor(
+    floor: Float32, ground: Ground
+) -> None:
+    d = floor.copy()
+    d[82:90, 120:200] -= np.float32(1.5)
+    whole = d.copy()
+    whole[90:98, 120:200] -= np.float32(1.5)
+    d[90:98, 20:300] = np.nan  # more than the pit itself: not only its own shade
+    (expected,) = holes_of(whole, ground)
+    (hole,) = holes_of(d, ground)
+    assert hole.distance == pytest.approx(expected.distance, rel=0.02)
+
+
+def test_lower_ground_on_which_the_robot_stands_is_no_hole(floor: Float32, ground: Ground) -> None:
+    d = floor.copy()
+    d[110:, 60:260] -= np.float32(3.0)
+    assert len(holes_of(d, ground)) == 1  # the image's lower border cuts it
+    d[110:] = floor[110:] - np.float32(3.0)
+    assert holes_of(d, ground) == ()

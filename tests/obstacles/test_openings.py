@@ -16,6 +16,7 @@ from bearcub.geometry import (
 )
 from bearcub.ground.surface import Surface
 from bearcub.messages import Float32, Ground, Hole, UInt8
+from bearcub.obstacles import openings as module
 from bearcub.obstacles.cloud import View
 from bearcub.obstacles.descent import descent
 from bearcub.obstacles.mouths import Mouth, mouths
@@ -84,6 +85,7 @@ def found(
     ground: Ground,
     *,
     known: tuple[Region, ...] = (),
+    doubtful: tuple[tuple[Hole, Region], ...] = (),
     seen: Float64 = LEVELS,
     lower: float = 0.25,
     refused: bool = False,
@@ -99,7 +101,7 @@ def found(
         origin=np.array([0.0, 0.0, ground.height]),
     )
     scene = images(witness, ground)
-    return openings(list(known), [], scene, sorter, view, ground, lambda _: refused)
+    return openings(list(known), list(doubtful), scene, sorter, view, ground, lambda _: refused)
 
 
 @pytest.mark.parametrize("gain", [1.0, 1.2])
@@ -226,3 +228,16 @@ def test_a_shadow_is_no_hole_where_rows_are_a_little_off(
     sure_ground: Ground, slope: float, row: int, lower: float
 ) -> None:
     assert found(shadow(slope=slope, row=row, lower=lower), sure_ground) == []
+
+
+@pytest.mark.parametrize(("width", "told"), [(0.5, True), (0.35, False)])
+def test_what_is_no_rectangle_is_as_wide_as_the_map_says(
+    sure_ground: Ground, monkeypatch: pytest.MonkeyPatch, *, width: float, told: bool
+) -> None:
+    witness = pictures(pit=True)
+    ((hole, region),) = found(witness, sure_ground)
+    monkeypatch.setattr(module, "_LEAST", 0.8)  # the rectangle is narrower
+    seen = replace(hole, width=width)
+    assert found(witness, sure_ground) == []
+    answers = found(witness, sure_ground, doubtful=((seen, region),))
+    assert [answer for answer, _ in answers] == ([seen] if told else [])

@@ -32,6 +32,7 @@ from bearcub.obstacles.regions import (
     LEAST_COLUMNS,
     LEAST_PIXELS,
     MIRRORED,
+    PLAIN_PIXELS,
     Region,
     regions_below,
 )
@@ -61,6 +62,7 @@ _SIGMA = 1.4826  # 1-sigma over the distance from quartile to median of a normal
 _RELIEF = 1.7  # times the roughness of the ground around it that a pit is deep
 _THINGS = 0.1  # share of things' pixels in and about what may be a hole
 _DEEP = 2.0  # fall of the disparity that is more than a matcher's error [px]
+_ACROSS = 0.9  # share of the image's columns of what reaches from side to side
 _AROUND = np.ones((25, 25), dtype=np.uint8)
 
 Index = NDArray[np.int64]
@@ -189,27 +191,32 @@ def find_holes(
 
 def _matched(
     below: Bool, sorter: Sorter, scene: _Scene, images: Scene | None
-) -> tuple[list[tuple[Hole, Region]], list[Region]]:
+) -> tuple[list[tuple[Hole, Region]], list[tuple[Hole, Region]]]:
     """Return the holes that the disparities show, and what the images alone can tell to be one."""
     found: list[tuple[Hole, Region]] = []
-    doubtful: list[Region] = []
+    doubtful: list[tuple[Hole, Region]] = []
     if np.count_nonzero(below) * scene.segments.step**2 < LEAST_PIXELS:
         return found, doubtful
-    for region in regions_below(below, sorter, scene.segments.step):
+    for seen in regions_below(below, sorter, scene.segments.step):
+        region = seen
         told_alone = images is not None and large(region, images)
         if not (images is None or told_alone or _shown(region, images, sorter, narrow=False)):
             continue
         hole = _judge(region, scene)
+        if hole is None and region.plain:  # what is not matched may hide the near rim
+            region = region.down_to_floor()
+            hole = _judge(region, scene)
         if hole is None:
             continue
-        pit, sure = hole.kind == "pit", region.plain or region.fall > _DEEP
+        pit = hole.kind == "pit"
+        sure = region.plain or region.fall > _DEEP or _spans_view(region, scene)
         if images is None:
             found.append((hole, region))
         elif (sure or not pit) and _shown(region, images, sorter, narrow=hole.width < _NARROW):
             if pit or not slopes_down(region, images):
                 found.append((hole, region))
         elif pit and told_alone:
-            doubtful.append(region)
+            doubtful.append((hole, region))
     return _apart(found), doubtful
 
 
@@ -227,14 +234,16 @@ def _shown(region: Region, images: Scene, sorter: Sorter, *, narrow: bool) -> bo
     witness, offset = images.witness, images.offset
     u, v = region.pixels()
     sure = _SURE_NARROW if narrow else _SURE
+    least = _SHIFTED_NARROW if narrow else _SHIFTED
     if not region.plain and not confirmed(
         witness, sorter, u + region.left, v + region.top, offset=offset, sure=sure, window=ALONG
     ):
-        return False
+        if region.fall < _DEEP:
+            return False
+        least = _SHIFTED_NARROW  # rims are on the floor, pixel by pixel
     u, v = region.inside()
     floor = region.sorting.floor[v, u] - np.float32(offset)
-    shown = witness.shifted(u + region.left, v + region.top, floor, -region.fall)
-    return shown > (_SHIFTED_NARROW if narrow else _SHIFTED)
+    return witness.shifted(u + region.left, v + region.top, floor, -region.fall) > least
 
 
 def _judge(region: Region, scene: _Scene) -> Hole | None:
@@ -250,8 +259,12 @@ def _judge(region: Region, scene: _Scene) -> Hole | None:
     # a worn rim is as wide as the hole is large
     beyond = max(EDGE_ROWS, rows // 2, rows // 4 + len(u) // 6)
     far_floor = _borders(resumed, u, top, -1, rows=beyond)
-    if region.plain:  # the image's lower border may cut it
-        near_floor |= bottom + region.top >= scene.shape[0] - MARGIN
+    cut_off = bottom + region.top >= scene.shape[0] - MARGIN
+    if near_floor.mean() < _BORDERED < cut_off.mean() and _spans_view(region, scene):
+        return None  # what the robot stands on, before higher ground
+    wide = np.count_nonzero(mask) > PLAIN_PIXELS
+    if region.plain or (wide and region.fall > _DEEP):  # the image's lower border may cut it
+        near_floor |= cut_off
     if near_floor.mean() < _BORDERED or _mirrors(region, scene, u, top).mean() > 0.5:
         return None
     near = scene.floor_points(region, u, bottom.astype(np.float64) + 0.5)
@@ -261,6 +274,11 @@ def _judge(region: Region, scene: _Scene) -> Hole | None:
     if not (_stands_out(region) if pit else _falls_at_once(sorting, u, bottom)):
         return None
     return _measure(region, scene, (u, top, bottom), near, far, pit=bool(pit))
+
+
+def _spans_view(region: Region, scene: _Scene) -> bool:
+    """Tell what reaches from one side of the image to the other."""
+    return bool(np.count_nonzero(region.mask.any(axis=0)) > _ACROSS * scene.shape[1])
 
 
 def _mirrors(region: Region, scene: _Scene, u: Index, top: Index) -> Bool:

@@ -22,6 +22,7 @@ _TRIES = 3  # mouths that are looked at, the surest first
 _FLOOR = 0.5  # share of what is around a hole that must be matched as floor
 _PART = 0.22  # width and length of what may be a part of a hole [m]
 _LEAST, _LONGEST = 0.3, 2.0  # width and length of a hole, and its length [m]
+_NARROW = 0.4  # width [m] below which gaps between blades and stones look like holes in the map
 _LEANS = 0.1  # how far what was matched inside must lie below the floor [px]
 _AROUND = np.ones((9, 9), dtype=np.uint8)  # in which a matcher may mix a hole with the floor [px]
 _EDGE = 1.0  # 1-sigma of where a rim is [px]
@@ -35,7 +36,7 @@ _LEFT = 0.6  # share of the misfit to the floor that they leave; of true pits 0.
 
 def openings(
     known: list[Region],
-    doubtful: list[Region],
+    doubtful: list[tuple[Hole, Region]],
     images: Scene,
     sorter: Sorter,
     view: View,
@@ -48,7 +49,7 @@ def openings(
     ----------
     known : list of Region
         The others' pixels.
-    doubtful : list of Region
+    doubtful : list of tuple of Hole and Region
         What may be holes by their disparities, and not by the images pixel by pixel; all `large`.
     images : Scene
     sorter : Sorter
@@ -58,19 +59,26 @@ def openings(
         Tells what is no hole for other reasons.
     """
     seen = mouths(images.witness, images.surface, images.projection, offset=images.offset)
-    told = [_mouth(region, images.surface) for region in doubtful]
+    candidates: list[tuple[Mouth, tuple[Hole, Region] | None]] = [
+        *((mouth, None) for mouth in seen[:_TRIES]),
+        *((_mouth(region, images.surface), (hole, region)) for hole, region in doubtful),
+    ]
     taken = list(known)
     found = []
-    for mouth in seen[:_TRIES] + told:
+    for mouth, told in candidates:
         if any(region.holds(mouth.u, _row(mouth, images.surface)) for region in taken):
             continue
         sunken = opening(images, mouth)
-        region = None if sunken is None else _region(sunken, sorter)
-        if sunken is None or region is None or any(region.overlaps(other) for other in taken):
+        if sunken is None:
+            continue
+        region = _region(sunken, sorter)
+        if region is None or any(region.overlaps(other) for other in taken):
             continue
         if not _sinks(region) or refused(region) or _rows_explain(region, images):
             continue
         hole = _hole(sunken, region, view, ground, images)
+        if hole is None and told is not None and told[0].width > _NARROW:
+            hole, region = told  # no rectangle: its disparities tell its extent
         if hole is not None:
             found.append((hole, region))
             taken.append(region)

@@ -1,7 +1,7 @@
 """Regions of the image that look through the floor, grown from their pixels to the rim."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -13,7 +13,7 @@ from bearcub.robust import median, quantile
 
 LEAST_PIXELS = 60
 _PLAIN = 3.0  # times the tolerance that a tenth of a hole's pixels lie below the floor ...
-_PLAIN_PIXELS = 500  # ... and how many there must be, that the images are asked of all together
+PLAIN_PIXELS = 500  # ... and how many there must be, that the images are asked of all together
 LEAST_COLUMNS = 8
 LEAST_ROWS = 3
 _RIM = 0.2  # share of a pit's depth at which its rim is taken
@@ -77,6 +77,24 @@ class Region:
         column, row = u - self.left, v - self.top
         within: Bool = (own_u.min() <= column <= own_u.max()) & (own_v.min() <= row <= own_v.max())
         return bool(within)
+
+    def down_to_floor(self) -> "Region":
+        """Return the region with the unmatched pixels right below it.
+
+        The foot of a dark wall is not matched, nor what one camera alone sees behind the lip. In no
+        column are there more of them than pixels above that were.
+        """
+        unmatched = np.isnan(self.sorting.residual)
+        rows = self.mask.sum(axis=0)
+        mask, last = self.mask.copy(), self.mask
+        for count in range(int(rows.max())):
+            below = np.zeros_like(mask)
+            below[1:] = last[:-1] & unmatched[1:] & (rows > count)
+            last = below & ~mask
+            if not last.any():
+                break
+            mask |= last
+        return replace(self, mask=mask)
 
     def overlaps(self, other: "Region") -> bool:
         """Tell whether two regions share a pixel."""
@@ -142,7 +160,7 @@ def _plain(mask: Bool, part: Sorting) -> bool:
     """Tell what lies so much below the floor that no wrong match does."""
     fall = -part.residual[mask] / part.allowed[mask]
     fall = fall[np.isfinite(fall)]
-    return len(fall) > _PLAIN_PIXELS and quantile(fall, 0.9) > _PLAIN
+    return len(fall) > PLAIN_PIXELS and quantile(fall, 0.9) > _PLAIN
 
 
 def _small_gaps(unmatched: Bool, *, largest: int) -> Bool:
