@@ -18,6 +18,7 @@ from bearcub.ground.surface import Surface
 from bearcub.messages import Float32, Ground, Hole, UInt8
 from bearcub.obstacles import openings as module
 from bearcub.obstacles.cloud import View
+from bearcub.obstacles.dark import dark_patches
 from bearcub.obstacles.descent import descent
 from bearcub.obstacles.mouths import Mouth, mouths
 from bearcub.obstacles.openings import openings
@@ -228,6 +229,34 @@ def test_a_shadow_is_no_hole_where_rows_are_a_little_off(
     sure_ground: Ground, slope: float, row: int, lower: float
 ) -> None:
     assert found(shadow(slope=slope, row=row, lower=lower), sure_ground) == []
+
+
+def test_a_dark_patch_is_where_a_pit_may_be(sure_ground: Ground) -> None:
+    scene = images(pictures(pit=True), sure_ground)
+    (patch,) = dark_patches(scene.witness.left, scene.surface, CAMERA)
+    assert 135 <= patch.u <= 185
+    assert patch.level == pytest.approx(12.0, abs=0.4)
+    assert patch.sure == pytest.approx(110 / 70, rel=0.15)
+
+
+def test_a_dark_band_across_is_no_dark_patch(sure_ground: Ground) -> None:
+    scene = images(pictures(), sure_ground)
+    band = scene.witness.left.copy()
+    band[126:141] //= 2
+    assert dark_patches(band, scene.surface, CAMERA) == []
+    assert dark_patches(scene.witness.left, scene.surface, CAMERA) == []
+
+
+def test_a_hole_beside_what_is_dark_is_none(
+    sure_ground: Ground, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    witness = pictures(pit=True)
+    monkeypatch.setattr(module, "mouths", lambda *_, **__: [])
+    assert len(found(witness, sure_ground)) == 1  # it is dark
+    beside = replace(MOUTH, u=230)
+    monkeypatch.setattr(module, "dark_patches", lambda *_: [beside])
+    assert opening(images(witness, sure_ground), beside) is not None
+    assert found(witness, sure_ground) == []
 
 
 @pytest.mark.parametrize(("width", "told"), [(0.5, True), (0.35, False)])

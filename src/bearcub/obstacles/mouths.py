@@ -25,7 +25,7 @@ _WIDTH = 0.35  # of the part of a mouth that is looked for [m]
 _LENGTHS = (0.4, 0.8)  # of mouths that are looked for [m]
 _RANGE = (3.6, 7.0)  # lips that are looked for [m]: nearer matchers tell, farther nothing does
 _CELL = 8  # columns that are one [px]
-_SURE = 4.2  # standard errors by which it must show
+_SURE = 3.9  # standard errors by which it must show
 _SHARES = (0.4, 2.0)  # of the parallax that may be seen
 _APART = np.ones((7, 5), dtype=np.uint8)  # lines and cells in which one mouth is the surest
 

@@ -10,6 +10,7 @@ from bearcub.geometry import Float64
 from bearcub.ground.surface import Surface
 from bearcub.messages import Ground, Hole
 from bearcub.obstacles.cloud import View
+from bearcub.obstacles.dark import dark_patches
 from bearcub.obstacles.mouths import Mouth, mouths
 from bearcub.obstacles.regions import EDGE_ROWS, MIRRORED, Region
 from bearcub.obstacles.rims import across_and_along, cut
@@ -18,7 +19,9 @@ from bearcub.obstacles.sunken import Sunken, opening
 from bearcub.obstacles.upright import Scene
 from bearcub.robust import median, quantile
 
-_TRIES = 3  # mouths that are looked at, the surest first
+_TRIES = 3  # mouths that are looked at, the surest first ...
+_PATCHES = 2  # ... and dark ones, the darkest first
+_NEAR = 4  # pixels around a dark one in which nothing may stand [px]
 _FLOOR = 0.5  # share of what is around a hole that must be matched as floor
 _PART = 0.22  # width and length of what may be a part of a hole [m]
 _LEAST, _LONGEST = 0.3, 2.0  # width and length of a hole, and its length [m]
@@ -58,9 +61,8 @@ def openings(
     refused : callable
         Tells what is no hole for other reasons.
     """
-    seen = mouths(images.witness, images.surface, images.projection, offset=images.offset)
     candidates: list[tuple[Mouth, tuple[Hole, Region] | None]] = [
-        *((mouth, None) for mouth in seen[:_TRIES]),
+        *((mouth, None) for mouth in _seen(images, sorter)),
         *((_mouth(region, images.surface), (hole, region)) for hole, region in doubtful),
     ]
     taken = list(known)
@@ -69,8 +71,8 @@ def openings(
         if any(region.holds(mouth.u, _row(mouth, images.surface)) for region in taken):
             continue
         sunken = opening(images, mouth)
-        if sunken is None:
-            continue
+        if sunken is None or not sunken.left <= mouth.u <= sunken.right:
+            continue  # nothing, or something else beside it
         region = _region(sunken, sorter)
         if region is None or any(region.overlaps(other) for other in taken):
             continue
@@ -99,6 +101,21 @@ def large(region: Region, images: Scene) -> bool:
     depths = p.fx * p.baseline / np.maximum(level, p.baseline)
     wide = p.baseline * (int(u.max()) - int(u.min()) + 1)
     return bool(wide > _PART * level.max() and np.ptp(depths) > _PART)
+
+
+def _seen(images: Scene, sorter: Sorter) -> list[Mouth]:
+    """Return where the floor seems to open, and where it is dark and nothing stands."""
+    witness, surface, projection = images.witness, images.surface, images.projection
+    seen = mouths(witness, surface, projection, offset=images.offset)[:_TRIES]
+    dark = dark_patches(witness.left, surface, projection)[:_PATCHES]
+    return seen + [mouth for mouth in dark if not _stands(mouth, sorter)]
+
+
+def _stands(mouth: Mouth, sorter: Sorter) -> bool:
+    """Tell whether something stands where the floor is dark, just behind the near end."""
+    row = _row(mouth, sorter.surface) - _NEAR
+    rows, columns = (slice(max(0, at - _NEAR), max(0, at + _NEAR) + 1) for at in (row, mouth.u))
+    return bool(sorter.part(rows, columns).standing.mean() > _FLOOR)
 
 
 def _mouth(region: Region, surface: Surface) -> Mouth:

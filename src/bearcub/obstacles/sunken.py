@@ -28,13 +28,15 @@ _NEAREST = 0.3  # [m]
 _COARSE = (24, 48)  # lines and columns of a first look ...
 _FINE = (36, 90)  # ... and of a second one
 _ASIDE = (0.9, 1.8)  # ground to either side that is looked at, the less the better [m]
+_PLAIN = 5.0  # standard errors by which a mouth shows that needs no first look
 _WORTH = 2.5  # log-likelihood ratio that is worth a second look ...
-_LIKELY = 10.5  # ... and the least of a hole
+_LIKELY = 8.5  # ... and the least of a hole
 _PRICE = 0.03  # log-likelihood of a pixel: noise alone makes nothing larger
 _LEAST_LINES = 3  # of a mouth
 _EVEN = 0.25  # how far the floor that was followed may bend off a slope [px]
 _BORDER = (0.25, 3)  # share of a mouth's extent, at least lines and columns, that borders it
 _RETURNS = (-3.0, 1.0)  # largest log-likelihood ratio of what borders a mouth, all of it and one
+_GOES_ON = 0.1  # ... or of the claim's own: a quarter of its extent returns a quarter if it goes on
 _HALF = 0.5  # of the largest parallax: the lower ground that may go on before and behind
 _SIDE = (0.6, 0.3)  # of the far wall's parallax that a side wall has
 _BLUR = 0.8  # how far a silhouette's blur carries the floor past its rim [px]
@@ -90,8 +92,7 @@ def opening(scene: Scene, mouth: Mouth) -> Sunken | None:
     mouth : Mouth
         Where one seems to.
     """
-    part = _around(scene, mouth, _ASIDE[0], _COARSE)
-    if part is None or _likeliest(part, 2).gain < _WORTH:
+    if mouth.sure < _PLAIN and not _worth_it(scene, mouth):
         return None
     for aside in _ASIDE:
         part = _around(scene, mouth, aside, _FINE)
@@ -103,6 +104,12 @@ def opening(scene: Scene, mouth: Mouth) -> Sunken | None:
         if claim.left > 1 and claim.right < len(part.u) - 2:
             return _sunken(part, claim) if _bordered(part, claim) else None
     return None
+
+
+def _worth_it(scene: Scene, mouth: Mouth) -> bool:
+    """Take a first, coarse look."""
+    part = _around(scene, mouth, _ASIDE[0], _COARSE)
+    return part is not None and _likeliest(part, 2).gain >= _WORTH
 
 
 def _around(scene: Scene, mouth: Mouth, aside: float, most: tuple[int, int]) -> FloorLines | None:
@@ -165,7 +172,8 @@ def _bordered(part: FloorLines, claim: _Claim) -> bool:
     ]
     told = [float(border.sum()) for border in around]
     all_there = all(border.size for border in around)
-    return all_there and sum(told) < _RETURNS[0] and max(told) < _RETURNS[1]
+    most = max(_RETURNS[1], _GOES_ON * claim.gain)
+    return all_there and sum(told) < _RETURNS[0] and max(told) < most
 
 
 def _sunken(part: FloorLines, claim: _Claim) -> Sunken:
