@@ -13,6 +13,7 @@ from bearcub.obstacles.measure import Extent
 from bearcub.obstacles.segment import Member
 from bearcub.obstacles.sorting import Sorter
 from bearcub.obstacles.surroundings import (
+    flaring,
     goes_on_below,
     stands_between,
     unseen_beside,
@@ -168,3 +169,16 @@ def test_a_kerb_goes_on_where_its_face_is_seen(
     left, right = part(5, 20), part(60, 95)
     assert stands_between(sorter, AHEAD, left, right) == goes_on
     assert stands_between(sorter, AHEAD, right, left) == goes_on
+
+
+@pytest.mark.parametrize("stride", [1, 3])
+def test_a_thing_flares_by_how_much_wider_its_lower_third_is(stride: int) -> None:
+    shape = np.repeat([3, 5, 9], 3)[:, None] > np.arange(9)  # 3, 5 and 9 wide, 3 rows each
+    v, u = stride * np.argwhere(shape).T
+    member = Member(number=1, u=u, v=v, stride=stride, pixels=stride**2 * len(u))
+    assert flaring(member) == pytest.approx(6 * stride)
+
+
+def test_what_narrows_downwards_does_not_flare() -> None:
+    v, u = np.argwhere(np.repeat([9, 5, 3], 3)[:, None] > np.arange(9)).T
+    assert flaring(Member(number=1, u=u, v=v, stride=1, pixels=len(u))) == 0.0

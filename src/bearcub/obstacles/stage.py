@@ -36,6 +36,7 @@ from bearcub.obstacles.small import small_things
 from bearcub.obstacles.sorting import Sorter, Sorting
 from bearcub.obstacles.strips import without_strips
 from bearcub.obstacles.surroundings import (
+    flaring,
     goes_on_below,
     hidden_below,
     mixed,
@@ -54,7 +55,10 @@ _SURE_FOOT = 2.0  # ... for one whose foot is lost in the tolerance
 _SURE_STRAY = 2.5  # ... for what is as small or sparse as stray matches in the air are
 _WITNESSED = 2 / 3  # of the sigmas will do where the images can be asked
 _TRIMMED = 0.25  # past a silhouette lies the column in which trimming ends, on average [px]
-_FEET = 0.4  # 1-sigma of how much wider a thing is at its foot, share of the height that is hidden
+_FEET = 0.25  # 1-sigma of how much wider a thing is at its foot, share of the height that is hidden
+_FLARES = (
+    1.5  # ... of how much wider its lower third is than its upper: what flares has a wide foot
+)
 _GOES_ON = 0.5  # 1-sigma of how far a thing goes on where nothing is matched, share of the columns
 _REFINED = 4.0  # half the window in which a matched map was refined [px]
 _ACROSS = 0.9  # share of the columns of ground that goes on beyond both borders
@@ -359,10 +363,13 @@ class ObstacleStage:
             elif witnessed and goes_on_below(frame.sorter, member):
                 hangs, least = False, _SURE_FOOT
         sure = self._sure(extent, member.pixels, frame, hangs=hangs)
+        flare = flaring(member) / self.projection.fx
         seen = replace(
             extent,
             bottom=extent.bottom if hangs else 0.0,
-            sigma_width=math.hypot(extent.sigma_width, _FEET * hidden),
+            sigma_width=math.hypot(
+                extent.sigma_width, _FEET * hidden, _FLARES * flare * extent.distance
+            ),
         )
         return seen, max(sure, least)
 

@@ -66,6 +66,15 @@ def goes_on_below(sorter: Sorter, member: Member) -> bool:
     return bool(np.count_nonzero(goes_on) > 0.5 * len(goes_on))
 
 
+def flaring(member: Member) -> float:
+    """Return how much wider the lower third of a thing's rows is than the upper third [px]."""
+    first, last = int(member.v.min()), int(member.v.max())
+    third = (last - first + member.stride) / 3
+    above = np.count_nonzero(member.v < first + third)
+    below = np.count_nonzero(member.v > last - third)
+    return max(0.0, (below - above) / third * member.pixels / len(member.v))
+
+
 def unseen_beside(d: Float32, box: Box, disparity: float) -> tuple[float, float]:
     """Return how many columns left and right of a thing are hardly matched: it may go on there.
 
