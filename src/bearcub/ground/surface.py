@@ -5,7 +5,7 @@ level once a frame; any pixel, window or grid of the image then costs one look-u
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,17 +33,26 @@ class Surface:
         Disparity of the floor less the level [px], by sixteenths of a pixel of level.
     noise : ndarray of float32, shape (N,)
         1-sigma of a pixel of floor there, the floor's own uncertainty included [px].
+    levels : ndarray of float32, shape (N,)
+        Of the tables' entries [px].
+    rising : ndarray of float64, shape (N,)
+        The floor's disparity there [px]; where it falls towards the robot, as at a step up, that of
+        the floor before.
     """
 
     plane: Float32
     height: float
     bend: Float32
     noise: Float32
+    levels: Float32 = field(init=False)
+    rising: Float64 = field(init=False)
 
-    @property
-    def levels(self) -> Float32:
-        """The levels of the tables' entries [px]."""
-        return np.arange(len(self.bend), dtype=np.float32) / np.float32(_STEPS)
+    def __post_init__(self) -> None:
+        """Tabulate what follows from the bend."""
+        levels = np.arange(len(self.bend), dtype=np.float32) / np.float32(_STEPS)
+        rising = np.maximum.accumulate(levels + self.bend).astype(np.float64)
+        object.__setattr__(self, "levels", levels)
+        object.__setattr__(self, "rising", rising)
 
     @classmethod
     def of(cls, ground: Ground, shape: tuple[int, int]) -> "Surface":
@@ -88,9 +97,7 @@ class Surface:
 
     def lift(self, disparity: float) -> float:
         """Return how high above the plane the floor lies [m] where it has this disparity [px]."""
-        # a step up is the floor before it: disparity does not fall towards the robot
-        floor = np.maximum.accumulate(self.levels + self.bend)
-        level = float(np.interp(disparity, floor, self.levels))
+        level = float(np.interp(disparity, self.rising, self.levels))
         return self.height * (1 - level / disparity) if disparity > 0 else 0.0
 
 
