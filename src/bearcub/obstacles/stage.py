@@ -354,6 +354,8 @@ class ObstacleStage:
             fringe=_TRIMMED if witnessed else fattening,
             witnessed=witnessed,
         )
+        if self._sure(extent, member.pixels, frame, hangs=False) == math.inf:
+            return extent, math.inf  # whatever is below it
         hidden = frame.ground.height * median(frame.sorter.tolerance_at(u, v) / own)
         hangs, least = self._hangs(extent, hidden), _SURE
         if hangs:

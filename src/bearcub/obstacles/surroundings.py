@@ -178,9 +178,12 @@ def _nearer_thing(
     d: Float32, segments: Segments, member: Member, right: tuple[int, ...], down: tuple[int, ...]
 ) -> Bool:
     """Tell which pixels have a nearer other thing at any of these columns and rows beside them."""
-    column = np.minimum(np.maximum(member.u + np.array(right)[:, None], 0), d.shape[1] - 1)
-    row = np.minimum(member.v + np.array(down)[:, None], d.shape[0] - 1)
-    other = segments.labels[row // segments.step, column // segments.step]
-    nearer = d[row, column] > d[member.v, member.u]
-    beside: Bool = np.logical_or.reduce((other != 0) & (other != member.number) & nearer)
+    own, (height, width), step = d[member.v, member.u], d.shape, segments.step
+    beside = np.zeros(len(own), dtype=np.bool_)
+    for across, below in zip(right, down, strict=True):
+        column = np.minimum(np.maximum(member.u + across, 0), width - 1)
+        row = np.minimum(member.v + below, height - 1)
+        nearer = np.flatnonzero(d.ravel().take(row * width + column) > own)
+        other = segments.labels[row[nearer] // step, column[nearer] // step]
+        beside[nearer] |= (other != 0) & (other != member.number)
     return beside
