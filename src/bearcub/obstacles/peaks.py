@@ -89,9 +89,9 @@ class PeakFinder:
         its own. `number` is changed in place; returned is how many things there are then.
         """
         heights = self._heights(number, things, column)
-        wide = np.count_nonzero(heights, axis=1) > 2 * self.gap + 1
-        for k in np.flatnonzero(wide & (heights.sum(axis=1) >= least)):
-            runs = self._runs(heights[k])
+        for k in np.flatnonzero(heights.sum(axis=1) >= least):
+            wide = np.count_nonzero(heights[k]) > 2 * self.gap + 1
+            runs = self._runs(heights[k]) if wide else []
             if len(runs) > 1:
                 own = np.flatnonzero(number == k + 1)
                 numbers = np.array([k + 1, *range(things + 1, things + len(runs))], dtype=np.uint16)
@@ -137,13 +137,17 @@ class PeakFinder:
 
 def _let_go(number: UInt16, cells: Cells) -> None:
     """Take off a thing what hangs overhead, farther above it than half its own height."""
-    overhead = np.flatnonzero(cells.overhead & (number > 0))
-    for k in np.unique(number[overhead]):
-        above = overhead[number[overhead] == k]
+    overhead = np.flatnonzero(cells.overhead)
+    things = number.take(overhead)
+    for k in np.flatnonzero(np.bincount(things)).astype(np.uint16):
+        if k == 0:
+            continue
+        above = overhead[things == k]
         own = np.flatnonzero((number == k) & ~cells.overhead)
-        rows = cells.index[[above[-1], *own[:1], *own[-1:]]] // cells.across
-        if len(own) > 0 and rows[1] - rows[0] > _FAR_ABOVE * (rows[2] - rows[1]):
-            number[above] = 0
+        if len(own) > 0:
+            lowest, top, foot = cells.index[[above[-1], own[0], own[-1]]] // cells.across
+            if top - lowest > _FAR_ABOVE * (foot - top):
+                number[above] = 0
 
 
 def _connected(peaks: UInt8) -> tuple[UInt16, int]:

@@ -108,7 +108,9 @@ class Segments:
                 continue
             few = count < _MANY
             thin = 1 if few else _thinned(count)
-            v, u = np.divmod(self.index[first:end:thin], width)
+            index = self.index[first:end:thin]
+            v = index // width
+            u = index - v * width  # numpy.divmod takes twice as long
             if trim is not None or (few and self.step > 1):
                 u, v = all_of(k, u, v, sorter, trim)
                 if len(u):
@@ -137,7 +139,7 @@ class Segments:
             self.labels,
             self.step,
             k,
-            (int(v.min()), int(u.min()), int(v.max()) + 1, int(u.max()) + 1),
+            (int(v[0]), int(u.min()), int(v[-1]) + 1, int(u.max()) + 1),
             sorter.disparity,
             surface.plane.tolist(),
             surface.bend,
@@ -155,7 +157,7 @@ class Segments:
         self, k: int, u: Index, v: Index, sorter: Sorter, trim: Trimmer | None
     ) -> tuple[Index, Index]:
         """Return the columns and rows of every pixel of a thing that was sampled at (u, v)."""
-        top, left, bottom, right = int(v.min()), int(u.min()), int(v.max()) + 1, int(u.max()) + 1
+        top, left, bottom, right = int(v[0]), int(u.min()), int(v[-1]) + 1, int(u.max()) + 1
         s = self.step
         part = sorter.part(slice(s * top, s * bottom), slice(s * left, s * right))
         own = self.labels[top:bottom, left:right] == k
