@@ -212,6 +212,17 @@ std::vector<std::tuple<int, int, float, float>> feet(
     return told;
 }
 
+void look(const Grey& left, const Grey& right, const std::array<float, 3>& plane,
+          const Row<const float>& bend, float offset, const std::array<int, 2>& place,
+          const FeetTuning& tuning, const Grid<float>& energy, const Grid<float>& seen,
+          const Grid<float>& noise) {
+    const Strip strip{place[0], place[1], static_cast<int>(noise.shape(0)),
+                      static_cast<int>(noise.shape(1))};
+    const Pair pair{image_of(left), image_of(right), static_cast<int>(right.shape(1)), offset};
+    look_for_parallax(pair, surface_of(plane, bend, bend), strip, tuning,
+                      *level_of(std::nullopt).look, {energy.data(), seen.data(), noise.data()});
+}
+
 Filled filled_of(const Row<const int32_t>& cell, const Row<const bool>& tall,
                  const Row<const bool>& overhead, int levels, int columns) {
     return {cell.data(), tall.data(), overhead.data(), static_cast<int>(cell.shape(0)), levels,
@@ -312,6 +323,7 @@ void bind_after(nb::module_& m) {
              "least_share"_a, "most_share"_a, "noise"_a, "around_columns"_a, "around_rows"_a);
     m.def("find_feet", &feet, "left"_a, "right"_a, "plane"_a, "bend"_a, "offset"_a, "strip"_a,
           "bands"_a, "tuning"_a, "level"_a = nb::none());
+    m.def("look_for_parallax", &look);
     m.def("count_heights",
           [](const Row<const uint16_t>& number, const Row<const int32_t>& column,
              const Grid<int32_t>& heights) {

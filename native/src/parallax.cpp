@@ -70,6 +70,19 @@ bool is_peak(const Look& look, const Band& band, int v, int u) {
 
 }  // namespace
 
+void look_for_parallax(const Pair& pair, const Surface& surface, const Strip& strip,
+                       const FeetTuning& tuning, const LookKernels& kernels, const ParallaxEvidence& to) {
+    const Look look = look_at(pair, surface, strip, 1, 1, tuning, of_this_thread<Memory>());
+    kernels.warp(look);
+    kernels.contrast(look);
+    kernels.noise(look, to.noise);
+    for (int v = 0; v < strip.rows; ++v) {
+        const std::ptrdiff_t from = v * look.pitch, start = v * strip.columns;
+        std::copy_n(look.energy + from, strip.columns, to.energy + start);
+        std::copy_n(look.seen + from, strip.columns, to.seen + start);
+    }
+}
+
 std::vector<Foot> find_feet(const Pair& pair, const Surface& surface, const Strip& strip,
                             const std::vector<Band>& bands, const FeetTuning& tuning,
                             const LookKernels& kernels) {

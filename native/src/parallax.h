@@ -16,6 +16,15 @@ struct Foot {
     float level, sure;
 };
 
+// What tells of parallax at every pixel of a strip, rows one after the other: the twin of
+// evidence in parallax.py.
+struct ParallaxEvidence {
+    float *energy, *seen, *noise;
+};
+
+void look_for_parallax(const Pair&, const Surface&, const Strip&, const FeetTuning&,
+                       const LookKernels&, const ParallaxEvidence& to);
+
 std::vector<Foot> find_feet(const Pair&, const Surface&, const Strip&, const std::vector<Band>&,
                             const FeetTuning&, const LookKernels&);
 

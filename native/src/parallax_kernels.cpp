@@ -246,9 +246,17 @@ void judge(const Look& look, const Band& band) {
     }
 }
 
+void noise(const Look& look, float* __restrict variance) {
+    const int columns = look.strip.columns;
+    for (int v = 0; v < look.strip.rows; ++v) {
+        const Between here(look.variance, look, v);
+        for (int u = 0; u < columns; ++u) variance[v * columns + u] = here[u];
+    }
+}
+
 }  // namespace
 
 extern const LookKernels look_kernels;
-const LookKernels look_kernels = {warp, contrast, judge};
+const LookKernels look_kernels = {warp, contrast, judge, noise};
 
 }  // namespace bearcub::BEARCUB_LEVEL

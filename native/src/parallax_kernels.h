@@ -51,6 +51,8 @@ struct LookKernels {
     void (*contrast)(const Look&);
     // How surely something as large as a small box stands at every pixel, squared; 0 for not.
     void (*judge)(const Look&, const Band&);
+    // That variance at every pixel.
+    void (*noise)(const Look&, float* variance);
 };
 
 }  // namespace bearcub

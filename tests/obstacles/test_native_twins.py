@@ -18,10 +18,11 @@ from bearcub.obstacles import parallax
 from bearcub.obstacles.cloud import View, cloud_of
 from bearcub.obstacles.free_range import free_range
 from bearcub.obstacles.layers import Painter
-from bearcub.obstacles.parallax import feet
+from bearcub.obstacles.parallax import evidence, feet
 from bearcub.obstacles.segment import Segments, segment
 from bearcub.obstacles.sorting import Sorter, Sorting
 from bearcub.obstacles.trim import Trimmer
+from bearcub.obstacles.warp import window_between
 from bearcub.stereo.native import core, levels, reason_missing
 
 pytestmark = pytest.mark.skipif(bool(reason_missing()), reason=f"no core: {reason_missing()}")
@@ -260,6 +261,32 @@ def test_the_same_feet_show(
         # a few grey levels are rounded to the other side
         assert first[place].sure == pytest.approx(second[place].sure, rel=0.03)
         assert first[place].level == pytest.approx(second[place].level, rel=1e-5)
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    seed=st.integers(0, 2**31),
+    roll=st.floats(-0.2, 0.2),
+    bent=st.floats(0.0, 0.2),
+    step=st.sampled_from([1, 2]),
+    columns=st.sampled_from([320, 211, 40]),
+)
+def test_the_same_parallax_shows(
+    *, seed: int, roll: float, bent: float, step: int, columns: int
+) -> None:
+    surface = surface_of(roll=roll, bent=bent, offset=0.0)
+    pair = boxes_on_a_floor(seed, surface=surface, offset=0.0, gain=1.1, columns=columns)
+    window = window_between(pair[0].shape, surface, 6.0, 14.0, step=step)
+    assert window is not None
+    first, second = (
+        evidence(*pair, surface, window, offset=0.0, compiled=compiled)
+        for compiled in (True, False)
+    )
+    for one, other in zip(first, second, strict=True):
+        assert one.shape == other.shape == (window.rows, window.columns)
+        # a few grey levels are rounded to the other side
+        assert np.mean(~np.isclose(one, other, rtol=1e-3, atol=0.05)) < 0.01
+    np.testing.assert_allclose(first[2], second[2], rtol=0.01)
 
 
 @pytest.mark.parametrize("offset", [0.0, 12.0])

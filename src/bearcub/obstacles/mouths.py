@@ -18,8 +18,9 @@ import numpy as np
 from bearcub.geometry import Float64, Projection
 from bearcub.ground.surface import Surface
 from bearcub.messages import Float32
+from bearcub.obstacles.parallax import evidence
 from bearcub.obstacles.verify import Witness
-from bearcub.obstacles.warp import Window, contrast, warped, window_between
+from bearcub.obstacles.warp import Window, window_between
 
 _WIDTH = 0.35  # of the part of a mouth that is looked for [m]
 _LENGTHS = (0.4, 0.8)  # of mouths that are looked for [m]
@@ -126,11 +127,10 @@ def _lines(
         sums: Float32 = until.take(end) - until.take(first)
         return sums
 
-    one, other, _ = warped(witness.left, witness.right, surface, window, offset=offset)
-    gradient, difference, noise = contrast(one, other)
-    weighed = gradient / noise
-    seen, energy = summed(weighed * difference), summed(weighed * gradient)
-    return _Lines(level=level, floor=floor, u=u, seen=seen, energy=energy)
+    energy, seen, noise = evidence(witness.left, witness.right, surface, window, offset=offset)
+    np.divide(seen, noise, out=seen)
+    np.divide(energy, noise, out=energy)
+    return _Lines(level=level, floor=floor, u=u, seen=summed(seen), energy=summed(energy))
 
 
 def _peaks(lines: _Lines, focal: float, low: float, high: float) -> Iterator[Mouth]:
@@ -141,17 +141,15 @@ def _peaks(lines: _Lines, focal: float, low: float, high: float) -> Iterator[Mou
     if len(near) == 0:
         return
     at = floor[:, None].astype(np.float32)
-    seen = [_from_first(image) for image in (lines.seen, at * lines.seen)]
-    energy = [
-        _from_first(image) for image in (lines.energy, at * lines.energy, at * at * lines.energy)
-    ]
+    seen = _from_first(lines.seen, at * lines.seen)
+    energy = _from_first(lines.energy, at * lines.energy, at * at * lines.energy)
     sure = np.zeros((len(near), len(lines.u)), dtype=np.float32)
     for length in _LENGTHS:
         lip = focal / (focal / level[near] + length)
         far = np.searchsorted(level, lip)
         wall = np.interp(lip, level, floor).astype(np.float32)[:, None]
-        total, weighed = (image[near + 1] - image[far] for image in seen)
-        one, linear, square = (image[near + 1] - image[far] for image in energy)
+        total, weighed = seen[:, near[0] + 1 : near[-1] + 2] - seen[:, far]
+        one, linear, square = energy[:, near[0] + 1 : near[-1] + 2] - energy[:, far]
         together = wall * total - weighed
         expected = square - 2 * wall * linear + wall * wall * one
         told = (together > _SHARES[0] * expected) & (together < _SHARES[1] * expected)
@@ -164,6 +162,9 @@ def _peaks(lines: _Lines, focal: float, low: float, high: float) -> Iterator[Mou
         yield Mouth(u=round(float(lines.u[j])), level=float(level[near[k]]), sure=float(sure[k, j]))
 
 
-def _from_first(image: Float32) -> Float32:
-    """Return the sums of the lines before each."""
-    return np.pad(np.cumsum(image, axis=0), ((1, 0), (0, 0)))
+def _from_first(*images: Float32) -> Float32:
+    """Return the sums of the lines before each, shape (K, N + 1, M)."""
+    sums = np.zeros((len(images), len(images[0]) + 1, images[0].shape[1]), dtype=np.float32)
+    for image, until in zip(images, sums, strict=True):
+        np.cumsum(image, axis=0, out=until[1:])
+    return sums

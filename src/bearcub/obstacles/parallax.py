@@ -135,6 +135,48 @@ def feet(
     return sorted(found, key=lambda foot: -foot.sure)
 
 
+def evidence(
+    left: UInt8,
+    right: UInt8,
+    surface: Surface,
+    window: Window,
+    *,
+    offset: float,
+    compiled: bool = COMPILED,
+) -> tuple[Float32, Float32, Float32]:
+    """Return ``g^2``, ``g D`` and the variance of the noise of ``D`` around every pixel.
+
+    Parameters
+    ----------
+    left, right : ndarray of uint8, shape (H, W)
+        Rectified pair, grey.
+    surface : Surface
+        The floor.
+    window : Window
+        Of which rows.
+    offset : float
+        In the floor's disparities, not in the images [px].
+    compiled : bool
+        By the native core, ``native/src/parallax.cpp``; else by NumPy. The same but for rounding:
+        of the warped image's grey levels a few are off by one.
+
+    Returns
+    -------
+    tuple of ndarray of float32
+        Of the window's shape each, in squares of grey levels.
+    """
+    if compiled:
+        energy, seen, noise = np.empty((3, window.rows, window.columns), dtype=np.float32)
+        plane, place = surface.plane.tolist(), (window.step, window.first)
+        core.look_for_parallax(
+            left, right, plane, surface.bend, offset, place, _tuning(), energy, seen, noise
+        )
+        return energy, seen, noise
+    one, other, _ = warped(left, right, surface, window, offset=offset)
+    gradient, difference, noise = contrast(one, other)
+    return gradient * gradient, np.multiply(gradient, difference, out=difference), noise
+
+
 def _bands(
     window: Window, surface: Surface, low: float, high: float, *, per_level: float
 ) -> list[_Band]:
