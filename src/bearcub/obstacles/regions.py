@@ -123,13 +123,16 @@ def regions_below(below: Bool, sorter: Sorter, step: int) -> Iterator[Region]:
     side = {1: 7, 2: 5}.get(step, 3)
     kernel = CLOSING[:side, :side]
     closed = np.asarray(cv2.morphologyEx(below.view(np.uint8), cv2.MORPH_CLOSE, kernel))
-    _, parts = cv2.connectedComponents(closed, connectivity=8, ltype=cv2.CV_16U)
+    _, labels = cv2.connectedComponents(closed, connectivity=8, ltype=cv2.CV_16U)
+    parts = np.asarray(labels, dtype=np.uint16)
     index = np.flatnonzero(closed.view(np.bool_))  # many times faster than of numbers
     numbers = parts.ravel()[index]
     areas = step**2 * np.bincount(numbers)
-    for number in np.flatnonzero(areas >= LEAST_PIXELS):
+    for number in np.flatnonzero(areas >= LEAST_PIXELS).tolist():
         area = int(areas[number])
-        v, u = np.divmod(index[numbers == number], parts.shape[1])
+        own = index[numbers == number]
+        v = own // parts.shape[1]
+        u = own - v * parts.shape[1]
         left, top = step * int(u.min()), step * int(v[0])
         wide, high = step * (int(u.max()) + 1) - left, step * (int(v[-1]) + 1) - top
         if wide < LEAST_COLUMNS or high < LEAST_ROWS:
@@ -142,18 +145,25 @@ def regions_below(below: Bool, sorter: Sorter, step: int) -> Iterator[Region]:
             slice(max(0, first - above), min(height, last + under)),
             slice(max(0, left - margin), min(width, left + wide + margin)),
         )
-        seed = parts[np.ix_(part.v // step, part.u // step)] == number
+        seed = _spread(parts, number, part, step)
         strong = seed & part.below
         if np.count_nonzero(strong) < 0.3 * area:
             continue
         depth = -quantile(part.residual[strong], 0.1)
-        rim = np.maximum(_RIM * depth, _RIM_SIGMAS * sorter.noise_of(part))
-        weak = part.residual < -rim
+        weak = part.residual < -sorter.noise_of(part, times=_RIM_SIGMAS, least=_RIM * depth)
         weak |= _small_gaps(np.isnan(part.residual), largest=area)
         weak[: first - int(part.v[0])] = False
         weak[last - int(part.v[0]) :] = False
-        mask = _grown(seed, weak)
+        mask = _grown(seed, weak, wide=min(wide, width - left))
         yield Region(mask=mask, sorting=part, plain=_plain(mask, part))
+
+
+def _spread(parts: NDArray[np.uint16], number: int, part: Sorting, step: int) -> Bool:
+    """Return the pixels of a window that lie in one of the parts of the grid."""
+    v, u = part.v // step, part.u // step
+    own: Bool = parts[v[0] : v[-1] + 1, u[0] : u[-1] + 1] == number
+    spread: Bool = own.take(u - u[0], axis=1).take(v - v[0], axis=0)  # the fast order
+    return spread
 
 
 def _plain(mask: Bool, part: Sorting) -> bool:
@@ -165,23 +175,20 @@ def _plain(mask: Bool, part: Sorting) -> bool:
 
 def _small_gaps(unmatched: Bool, *, largest: int) -> Bool:
     """Return the unmatched patches no larger than the hole itself: shade and hidden sides."""
-    _, parts, stats, _ = cv2.connectedComponentsWithStats(
-        unmatched.astype(np.uint8), connectivity=8
-    )
+    _, parts, stats, _ = cv2.connectedComponentsWithStats(unmatched.view(np.uint8), connectivity=8)
     small = stats[:, cv2.CC_STAT_AREA] <= largest
     small[0] = False
-    gaps: Bool = small[parts]
+    gaps: Bool = small.take(np.asarray(parts)) if small.any() else np.zeros_like(unmatched)
     return gaps
 
 
-def _grown(seed: Bool, weak: Bool) -> Bool:
-    """Return the part of `weak` (closed) that touches the seed, with the seed."""
-    either = cv2.morphologyEx((weak | seed).astype(np.uint8), cv2.MORPH_CLOSE, CLOSING[:5, :5])
-    wide = int(np.ptp(np.flatnonzero(seed.any(axis=0)))) + 1
+def _grown(seed: Bool, weak: Bool, *, wide: int) -> Bool:
+    """Return the part of `weak` (closed) that touches the seed, so many columns, with the seed."""
+    either = cv2.morphologyEx((weak | seed).view(np.uint8), cv2.MORPH_CLOSE, CLOSING[:5, :5])
     strand = np.ones((1, min(_STRAND, max(1, wide // 3))), dtype=np.uint8)
     either = cv2.morphologyEx(either, cv2.MORPH_OPEN, strand)
     _, parts = cv2.connectedComponents(either, connectivity=4)
-    wanted = np.bincount(parts[seed], minlength=parts.max() + 1)
+    wanted = np.bincount(parts[seed])
     wanted[0] = 0
     grown: Bool = parts == int(np.argmax(wanted))
     return grown

@@ -160,10 +160,11 @@ class Sorter:
         np.logical_and(np.abs(residual) <= allowed, floor_here, out=on_floor)
         np.logical_and(residual < -allowed, floor_here, out=below)
 
-    def noise_of(self, part: Sorting) -> Float32:
-        """Return the 1-sigma of a pixel of floor [px] at every pixel of a part."""
+    def noise_of(self, part: Sorting, *, times: float, least: float) -> Float32:
+        """Return so many 1-sigmas of a pixel of floor, or `least`, at every pixel [px]."""
         level = self.surface.level(part.u[None, :], part.v[:, None])
-        return self.surface.look_up(self.surface.noise, self.surface.entry(level))
+        noise = np.maximum(least, times * self.surface.noise)
+        return self.surface.look_up(noise, self.surface.entry(level))
 
     def tolerance_at(self, u: Index, v: Index) -> Float32:
         """Return how far from the floor pixels may lie and still be floor [px]."""
