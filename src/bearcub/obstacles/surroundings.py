@@ -178,12 +178,11 @@ def _nearer_thing(
     d: Float32, segments: Segments, member: Member, right: tuple[int, ...], down: tuple[int, ...]
 ) -> Bool:
     """Tell which pixels have a nearer other thing at any of these columns and rows beside them."""
-    own, (height, width), step = d[member.v, member.u], d.shape, segments.step
-    beside = np.zeros(len(own), dtype=np.bool_)
-    for across, below in zip(right, down, strict=True):
-        column = np.minimum(np.maximum(member.u + across, 0), width - 1)
-        row = np.minimum(member.v + below, height - 1)
-        nearer = np.flatnonzero(d.ravel().take(row * width + column) > own)
-        other = segments.labels[row[nearer] // step, column[nearer] // step]
-        beside[nearer] |= (other != 0) & (other != member.number)
+    (height, width), step, labels = d.shape, segments.step, segments.labels
+    column = np.minimum(np.maximum(member.u + np.array(right)[:, None], 0), width - 1)
+    row = np.minimum(member.v + np.array(down)[:, None], height - 1)
+    disparity = d.ravel()  # taken from by flat indices: several times faster than by pairs
+    nearer = disparity.take(row * width + column) > disparity.take(member.v * width + member.u)
+    other = labels.ravel().take(row // step * labels.shape[1] + column // step)
+    beside: Bool = np.logical_or.reduce((other != 0) & (other != member.number) & nearer)
     return beside
