@@ -53,10 +53,14 @@ class Trimmer:
         outside_left, outside_right = self._beside(mask, part)
         kept = mask.copy()
         for _ in range(_WIDEST_FRINGE):
-            left, right = kept & outside_left, kept & outside_right
-            left[:, 1:] &= ~kept[:, :-1]
-            right[:, :-1] &= ~kept[:, 1:]
-            kept &= ~(left | right)
+            off, right = kept & outside_left, kept & outside_right
+            # of bools "more than" is "and not", in one pass
+            np.greater(off[:, 1:], kept[:, :-1], out=off[:, 1:])
+            np.greater(right[:, :-1], kept[:, 1:], out=right[:, :-1])
+            off |= right
+            if not off.any():
+                break
+            kept ^= off
         return kept
 
     def _beside(self, mask: Bool, part: Sorting) -> tuple[Bool, Bool]:
