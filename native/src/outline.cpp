@@ -67,9 +67,13 @@ void warp(const Pair& pair, const Disparity& map, const Window& window, const ui
         for (int j = 0; j < window.columns; ++j) {
             const std::size_t k = static_cast<std::size_t>(i) * window.columns + j;
             const int u = window.left + j;
-            const float claimed = mask[k] ? map.at(v, u) - pair.offset : 0.0f;
-            const float at = static_cast<float>(u) - claimed;
-            const int whole = static_cast<int>(std::floor(at));
+            if (!mask[k]) {
+                warped[k] = static_cast<float>(grey(u));
+                continue;
+            }
+            const float at = static_cast<float>(u) - (map.at(v, u) - pair.offset);
+            int whole = static_cast<int>(at);
+            whole -= at < static_cast<float>(whole);  // std::floor, without a call
             const float part = at - static_cast<float>(whole);
             warped[k] = static_cast<float>(grey(whole)) * (1 - part) +
                         static_cast<float>(grey(whole + 1)) * part;
@@ -82,10 +86,8 @@ template <class Value>
 void gradient(const Window& window, Value value, float* to) {
     for (int i = 0; i < window.rows; ++i) {
         float* const row = to + static_cast<std::size_t>(i) * window.columns;
-        for (int j = 0; j < window.columns; ++j) {
-            const bool side = j == 0 || j + 1 == window.columns;
-            row[j] = side ? 0.0f : value(i, j + 1) - value(i, j - 1);
-        }
+        row[0] = row[window.columns - 1] = 0.0f;
+        for (int j = 1; j + 1 < window.columns; ++j) row[j] = value(i, j + 1) - value(i, j - 1);
     }
 }
 
@@ -152,12 +154,14 @@ void mark_beside(const Pair& pair, const Disparity& map, const Window& window,
     }
     for (int i = 0; i < window.rows; ++i) {
         const std::size_t start = static_cast<std::size_t>(i) * window.columns;
-        const float* const edge = &scratch.edge[start];
+        const float* __restrict const edge = &scratch.edge[start];
+        uint8_t* __restrict const left = &scratch.left_bad[start];
+        uint8_t* __restrict const right = &scratch.right_bad[start];
+        const float grows = tuning.grows;
         for (int by = 1; by <= std::min(tuning.edge, window.columns - 1); ++by) {
-            for (int j = 0; j + by < window.columns; ++j) {
-                if (edge[j + by] > tuning.grows * edge[j]) scratch.left_bad[start + j] = 1;
-                if (edge[j] > tuning.grows * edge[j + by]) scratch.right_bad[start + j + by] = 1;
-            }
+            const int count = window.columns - by;
+            for (int j = 0; j < count; ++j) left[j] |= edge[j + by] > grows * edge[j];
+            for (int j = 0; j < count; ++j) right[j + by] |= edge[j] > grows * edge[j + by];
         }
     }
 }
@@ -193,7 +197,10 @@ Pixels all_pixels(const Labels& labels, const Disparity& map, const Surface& sur
         mark_beside(*pair, map, window, tuning, scratch);
         trim(window, tuning.widest_fringe, scratch);
     }
+    const auto count = std::count(scratch.mask.begin(), scratch.mask.end(), uint8_t{1});
     Pixels found;
+    found.u.reserve(count);
+    found.v.reserve(count);
     for (int i = 0; i < window.rows; ++i) {
         for (int j = 0; j < window.columns; ++j) {
             if (!scratch.mask[static_cast<std::size_t>(i) * window.columns + j]) continue;
