@@ -39,6 +39,26 @@ def median(values: NDArray[Any]) -> float:
     return quantile(values, 0.5)
 
 
+def middle(values: NDArray[Any]) -> NDArray[Any]:
+    """Return the median along the first axis, the mean of the middle two where there are two.
+
+    The same as `numpy.median` of what holds no NaN, which takes five times as long for few values.
+
+    Parameters
+    ----------
+    values : ndarray, shape (N, ...)
+        At least one, none NaN.
+
+    Examples
+    --------
+    >>> middle(np.array([[5.0, 1.0], [3.0, 2.0]]))
+    array([4. , 1.5])
+    """
+    ordered = np.sort(values, axis=0)
+    half: NDArray[Any] = 0.5 * (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2])
+    return half
+
+
 def line(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[float, float]:
     """Return start and slope of the line through most points, whatever a quarter of them do.
 

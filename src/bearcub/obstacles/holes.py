@@ -41,7 +41,7 @@ from bearcub.obstacles.segment import Segments
 from bearcub.obstacles.sorting import Sorter, Sorting
 from bearcub.obstacles.upright import Scene
 from bearcub.obstacles.verify import ALONG, Witness, confirmed
-from bearcub.robust import median, quantile
+from bearcub.robust import median, middle, quantile
 
 _SURE, _SURE_NARROW = 1.3, 2.0  # standard errors by which the images must speak for a hole
 _SHIFTED, _SHIFTED_NARROW = 5.0, 10.0  # ... sigmas for all of its pixels lying lower together
@@ -346,8 +346,9 @@ def _falls_at_once(sorting: Sorting, u: Index, bottom: Index) -> bool:
 def _fall(sorting: Sorting, u: Index, bottom: Index, first: int) -> Float64:
     """Return how far the disparity falls [px] in some rows from the `first` beyond the lip on."""
     rows = np.clip(bottom[None, :] - np.arange(first, first + EDGE_ROWS)[:, None], 0, None)
-    fall = np.nan_to_num(-sorting.residual[rows, u[None, :]])
-    return np.asarray(np.median(fall, axis=0), dtype=np.float64)
+    fall = -sorting.residual[rows, u[None, :]]
+    fall[np.isnan(fall)] = 0.0
+    return middle(fall).astype(np.float64)
 
 
 def _measure(
@@ -439,7 +440,7 @@ def _steep(
     np.minimum.at(closest, columns, to_rim)
     # a matcher carries the floor into the hole: that is no slope
     carried = scene.fringe * near * near / (scene.view.projection.fy * scene.ground.height)
-    return bool(np.median(closest - carried) * math.tan(_STEEP) < 0.5 * depth)
+    return bool(middle(closest - carried) * math.tan(_STEEP) < 0.5 * depth)
 
 
 def _depth(region: Region, ground: Ground, *, pit: bool) -> tuple[float, int]:
