@@ -62,8 +62,7 @@ class Region:
 
     def pixels(self) -> tuple[Index, Index]:
         """Return the columns and rows of its pixels in the window."""
-        v, u = np.divmod(np.flatnonzero(self.mask), self.mask.shape[1])
-        return u, v
+        return _places(self.mask)
 
     def near_rim(self) -> tuple[Index, Index]:
         """Return the columns with enough pixels, and the last row of each, in the window."""
@@ -113,8 +112,7 @@ class Region:
             self.mask.astype(np.uint8), CLOSING[:3, :3], borderType=cv2.BORDER_REPLICATE
         )
         inner[np.isnan(self.sorting.residual)] = 0
-        v, u = np.divmod(np.flatnonzero(inner), self.mask.shape[1])
-        return u, v
+        return _places(np.asarray(inner))
 
 
 def regions_below(below: Bool, sorter: Sorter, step: int) -> Iterator[Region]:
@@ -130,9 +128,7 @@ def regions_below(below: Bool, sorter: Sorter, step: int) -> Iterator[Region]:
     areas = step**2 * np.bincount(numbers)
     for number in np.flatnonzero(areas >= LEAST_PIXELS).tolist():
         area = int(areas[number])
-        own = index[numbers == number]
-        v = own // parts.shape[1]
-        u = own - v * parts.shape[1]
+        u, v = _split(index[numbers == number], parts.shape[1])
         left, top = step * int(u.min()), step * int(v[0])
         wide, high = step * (int(u.max()) + 1) - left, step * (int(v[-1]) + 1) - top
         if wide < LEAST_COLUMNS or high < LEAST_ROWS:
@@ -156,6 +152,17 @@ def regions_below(below: Bool, sorter: Sorter, step: int) -> Iterator[Region]:
         weak[last - int(part.v[0]) :] = False
         mask = _grown(seed, weak, wide=min(wide, width - left))
         yield Region(mask=mask, sorting=part, plain=_plain(mask, part))
+
+
+def _places(mask: NDArray[np.generic]) -> tuple[Index, Index]:
+    """Return the columns and rows of what is not zero."""
+    return _split(np.flatnonzero(mask), mask.shape[1])
+
+
+def _split(index: Index, width: int) -> tuple[Index, Index]:
+    """Return the columns and rows of flat indices: `numpy.divmod` takes twice as long."""
+    v = index // width
+    return index - v * width, v
 
 
 def _spread(parts: NDArray[np.uint16], number: int, part: Sorting, step: int) -> Bool:
