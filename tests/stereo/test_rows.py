@@ -77,8 +77,8 @@ def test_frame_by_frame_they_become_better_known() -> None:
         left, right = pair(OFF, noise=6.0, seed=seed)
         tracker.learn(matched(left, tracker.rows.undone(right)))
         misses.append(tracker.rows.beside(OFF))
-    assert misses[-1] < 0.03
-    assert misses[-1] < misses[0]
+    assert misses[-1] < 0.05
+    assert misses[-1] < 0.7 * misses[0]
 
 
 @pytest.mark.parametrize("shift", [-1.6, 2.3])

@@ -36,18 +36,19 @@ _CELL = (16, 8)  # columns and rows that are off alike [px]
 _MARGIN = 5  # rows above and below a cell that its gradients need [px]
 _BLUR = 1.0  # deviation: differences are gradients in smooth images alone [px]
 _SLOPE = np.array([1, -8, 0, 8, -1], dtype=np.float32) / 12  # exact for polynomials of degree 4
-_AT_FIRST, _LATER = 2, 24  # one row of cells in so many is looked at
+_AT_FIRST, _LATER = 720, 110  # cells that are looked at, about
 _FEWEST = 20  # cells that say something together
 _KNOWN = 0.5  # share of a cell that must be matched
 _ACROSS = 0.5  # mean square gradient along the row below which it explains nothing [grey levels^2]
 _FLAT = 0.1  # ... across it that rounding leaves
 _OUTLIER = 4.0  # deviations of the difference beyond which it says no more
 _TOGETHER = 5.0  # how much larger errors are than cells of independent errors would make them
-_PRIOR = np.diag([4.0, 11.0, 11.0])  # information: calibrations leave 0.5, 0.3, 0.3 px of the three
+_PRIOR = np.diag([1.0, 2.0, 4.0])  # information: shift, turn, stretch are seldom 1, 0.7, 0.5 px
 _KEPT = 0.98  # of what earlier frames said, with every frame
 _LEAST = 1e-3 * np.eye(3)  # of what is solved for, so that it has a solution
 _STEPS = 5
-_NEGLIGIBLE = 0.04  # what is not undone [px]
+_FITS = 0.02  # what is not undone with the first pair [px]
+_NEGLIGIBLE = 0.03  # ... when more is learnt with later ones
 _COARSE = 0.5  # what gradients cannot tell any more [px]
 
 Values = NDArray[np.float64]
@@ -176,7 +177,8 @@ class RowTracker:
 
     def _look(self, left: UInt8, right: UInt8, disparity: Float32) -> bool:
         """Measure one pair by its cells; tells whether they say anything."""
-        step = _LATER if self._known else _AT_FIRST
+        wanted = _LATER if self._known else _AT_FIRST
+        step = max(1, disparity.size // (wanted * _CELL[0] * _CELL[1]))
         cells = _cells(left, right, disparity, first=self._frame % step, step=step)
         self._frame += 1
         if cells is None:
@@ -189,11 +191,11 @@ class RowTracker:
         self._weighed = _KEPT * self._weighed + information @ (before + plane)
         known = np.linalg.solve(self._information + _PRIOR, self._weighed).tolist()
         rows = Rows(shift=known[0], turn=known[1], stretch=known[2])
-        if not self._known:
+        moved = rows.beside(self.rows) > (_NEGLIGIBLE if self._known else _FITS)
+        if moved or not self._known:
             self.offset = rows.shift
-        if rows.beside(self.rows) > _NEGLIGIBLE:
+        if moved:
             self.rows = rows
-            self.offset = rows.shift
         self._known = True
         return True
 

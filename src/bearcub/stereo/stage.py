@@ -22,7 +22,7 @@ from bearcub.stereo.rows import RowTracker
 from bearcub.stereo.search import search_range
 
 _SOUND = 0.5  # share of matched pixels that leaves no doubt of a map
-_TRIES = 2  # matches at most after the first one until the rows fit
+_TRIES = 3  # matches at most after the first one until the rows fit
 _MANY = 0.6  # share of matched pixels that no swapped pair has
 
 
