@@ -104,12 +104,13 @@ void rectify(Rectifier& rectifier, const Map<const uint8_t>& left, const Map<con
 }
 
 void slide_rows(const Map<const uint8_t>& picture, float first, float across, float down,
-                const Contiguous<uint8_t>& answer, const std::optional<std::string>& name) {
+                float twist, const Contiguous<uint8_t>& answer,
+                const std::optional<std::string>& name) {
     const int height = static_cast<int>(answer.shape(0)), width = static_cast<int>(answer.shape(1));
     const Image from = image(picture, height, width, "image");
     const RectifyKernels& kernels = *level_of(name).rectify;
     const nb::gil_scoped_release release;
-    kernels.slide(from, height, width, first, across, down, answer.data());
+    kernels.slide(from, height, width, first, across, down, twist, answer.data());
 }
 
 }  // namespace
@@ -175,8 +176,9 @@ NB_MODULE(_native, m) {
             nb::kw_only(), "left"_a, "left_shares"_a, "right"_a, "right_shares"_a, "threads"_a,
             "level"_a.none())
         .def("rectify", &rectify, "left"_a, "right"_a, "rectified_left"_a, "rectified_right"_a);
-    m.def("slide_rows", &slide_rows, "image"_a, "first"_a, "across"_a, "down"_a, "answer"_a,
-          "level"_a = nb::none(), "An image looked at some rows lower, by cubic convolution.");
+    m.def("slide_rows", &slide_rows, "image"_a, "first"_a, "across"_a, "down"_a, "twist"_a,
+          "answer"_a, "level"_a = nb::none(),
+          "An image looked at some rows lower, by cubic convolution.");
     bind_after(m);
 }
 

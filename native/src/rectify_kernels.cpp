@@ -55,10 +55,11 @@ void between(const uint8_t* const (&rows)[4], float t0, float step, int width,
     }
 }
 
-void slide(const Image& image, int height, int width, float first, float across, float down,
-           uint8_t* to) {
+void slide(const Image& image, int height, int width, float first, float along, float down,
+           float twist, uint8_t* to) {
     for (int y = 0; y < height; ++y, to += width) {
         const float off = first + down * static_cast<float>(y);
+        const float across = along + twist * static_cast<float>(y);
         for (int x = 0; x < width;) {
             // as far as it lies between the same rows
             const int base = static_cast<int>(std::floor(off + across * static_cast<float>(x)));

@@ -17,10 +17,10 @@ struct RectifyKernels {
     // bits, and of a row. `scratch` holds a word a column.
     void (*blend)(const uint32_t* words, const int32_t* from, const uint16_t* shares, int width,
                   uint32_t* scratch, uint8_t* to);
-    // An image looked at `first` + `across` x + `down` y rows lower: by cubic convolution between
-    // four rows; beyond the border is the border.
+    // An image looked at `first` + `across` x + `down` y + `twist` x y rows lower: by cubic
+    // convolution between four rows; beyond the border is the border.
     void (*slide)(const Image& image, int height, int width, float first, float across, float down,
-                  uint8_t* to);
+                  float twist, uint8_t* to);
 };
 
 }  // namespace bearcub

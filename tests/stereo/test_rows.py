@@ -12,7 +12,7 @@ from bearcub.stereo.native import COMPILED, core, levels
 from bearcub.stereo.rows import Rows, RowTracker
 
 HEIGHT, WIDTH, DISPARITY = 240, 320, 8.4
-OFF = Rows(shift=0.3, turn=-0.2, stretch=0.1)
+OFF = Rows(shift=0.3, turn=-0.2, stretch=0.1, twist=-0.15)
 BLANK = np.full((HEIGHT, WIDTH), 90, dtype=np.uint8)
 
 
@@ -22,8 +22,10 @@ def pair(rows: Rows, *, noise: float = 1.5, seed: int = 3) -> tuple[UInt8, UInt8
     scene = cv2.GaussianBlur(rng.normal(128, 90, (300, 440)), (0, 0), 1.5).astype(np.float32)
     v, u = np.mgrid[:HEIGHT, :WIDTH].astype(np.float32)
     x, y = 2 * (u - 159.5) / WIDTH, 2 * (v - 119.5) / HEIGHT
-    lower = (rows.shift + rows.turn * x + rows.stretch * y).astype(np.float32)
-    right = cv2.remap(scene, u + 60 + DISPARITY, v + 20 - lower, cv2.INTER_CUBIC)
+    lower = rows.shift + rows.turn * x + (rows.stretch + rows.twist * x) * y
+    right = cv2.remap(
+        scene, u + 60 + DISPARITY, (v + 20 - lower).astype(np.float32), cv2.INTER_CUBIC
+    )
     images = [image + rng.normal(0, noise, right.shape) for image in (scene[20:260, 60:380], right)]
     left, right = (np.clip(np.rint(image), 0, 255).astype(np.uint8) for image in images)
     return left, right
@@ -35,12 +37,13 @@ def matched(left: UInt8, right: UInt8, disparity: Float32 | None = None) -> Disp
     return DisparityMap(disparity=disparity, largest=64.0, left=left, right=right)
 
 
-def test_shift_turn_and_stretch_are_measured() -> None:
+def test_shift_turn_stretch_and_twist_are_measured() -> None:
     tracker = RowTracker()
     assert tracker.learn(matched(*pair(OFF)))
     assert tracker.rows.shift == pytest.approx(0.3, abs=0.03)
     assert tracker.rows.turn == pytest.approx(-0.2, abs=0.03)
     assert tracker.rows.stretch == pytest.approx(0.1, abs=0.03)
+    assert tracker.rows.twist == pytest.approx(-0.15, abs=0.04)
     assert tracker.offset == tracker.rows.shift
 
 
@@ -88,7 +91,7 @@ def test_rows_off_by_pixels_are_told_roughly_and_then_finely(shift: float) -> No
     tracker = RowTracker()
     assert tracker.learn(matched(left, right))
     assert tracker.learn(matched(left, tracker.rows.undone(right)))
-    assert tracker.rows.beside(off) < 0.1
+    assert tracker.rows.beside(off) < 0.15
 
 
 def test_a_camera_that_is_bent_on_the_way_is_measured_anew() -> None:
@@ -130,7 +133,8 @@ def test_images_too_small_for_a_cell_tell_nothing(shape: tuple[int, int]) -> Non
 
 @pytest.mark.skipif(not COMPILED, reason="there is no compiled core")
 @pytest.mark.parametrize(
-    "rows", [OFF, Rows(shift=-2.6), Rows(turn=1.7, stretch=-0.9), Rows(shift=0.4, turn=-0.4)]
+    "rows",
+    [OFF, Rows(shift=-2.6), Rows(turn=1.7, stretch=-0.9, twist=0.8), Rows(shift=0.4, turn=-0.4)],
 )
 def test_core_and_opencv_undo_the_same(rows: Rows) -> None:
     _, right = pair(Rows(), noise=0.0)
@@ -145,6 +149,6 @@ def test_core_interpolates_by_cubic_convolution_on_every_level(level: str) -> No
     column = np.array([10, 20, 60, 200, 90, 30], dtype=np.uint8)
     image = np.repeat(column[:, None], 37, axis=1)
     slid = np.empty_like(image)
-    core.slide_rows(image, first=0.25, across=0.0, down=0.0, answer=slid, level=level)
+    core.slide_rows(image, first=0.25, across=0.0, down=0.0, twist=0.0, answer=slid, level=level)
     # Keys' weights at a quarter for a = -0.75: -0.10546875, 0.87890625, 0.26171875, -0.03515625
     assert slid[2].tolist() == [100] * 37  # -2.11 + 52.73 + 52.34 - 3.16 = 99.80

@@ -10,7 +10,7 @@ disparity is off. Over a cell in which both are the same, least squares give
     ``e = -(S_vD S_uu - S_uD S_uv) / (S_vv S_uu - S_uv^2)``.
 
 Products of gradients are those of one image with the other, whose noises do not know of each
-other: noise alone adds nothing to them. A plane through the cells is what is undone.
+other: noise alone adds nothing to them. A bilinear surface through the cells is what is undone.
 
 References
 ----------
@@ -43,12 +43,12 @@ _ACROSS = 0.5  # mean square gradient along the row below which it explains noth
 _FLAT = 0.1  # ... across it that rounding leaves
 _OUTLIER = 4.0  # deviations of the difference beyond which it says no more
 _TOGETHER = 5.0  # how much larger errors are than cells of independent errors would make them
-_PRIOR = np.diag([1.0, 2.0, 4.0])  # information: shift, turn, stretch are seldom 1, 0.7, 0.5 px
+_PRIOR = np.diag([1.0, 2.0, 4.0, 4.0])  # information: the terms are seldom 1, 0.7, 0.5, 0.5 px
 _KEPT = 0.98  # of what earlier frames said, with every frame
-_LEAST = 1e-3 * np.eye(3)  # of what is solved for, so that it has a solution
+_LEAST = 1e-3 * np.eye(4)  # of what is solved for, so that it has a solution
 _STEPS = 5
 _FITS = 0.02  # what is not undone with the first pair [px]
-_NEGLIGIBLE = 0.03  # ... when more is learnt with later ones
+_NEGLIGIBLE = 0.05  # ... when more is learnt with later ones
 _COARSE = 0.5  # what gradients cannot tell any more [px]
 
 Values = NDArray[np.float64]
@@ -58,25 +58,28 @@ Values = NDArray[np.float64]
 class Rows:
     """By how many rows the right image lies lower than the left one.
 
+    With x and y from -1 to 1 across and down the image, by ``shift + turn x + stretch y + twist x
+    y``: to first order what is left of a camera's pitch, of its roll, of its focal length and of
+    its yaw.
+
     Attributes
     ----------
-    shift : float
-        In the middle [px].
-    turn, stretch : float
-        By how much more at the right end and at the lower end of the image [px].
+    shift, turn, stretch, twist : float
+        [px].
     """
 
     shift: float = 0.0
     turn: float = 0.0
     stretch: float = 0.0
+    twist: float = 0.0
+
+    def terms(self) -> Values:
+        """Return the four [px]."""
+        return np.array([self.shift, self.turn, self.stretch, self.twist])
 
     def beside(self, other: "Rows") -> float:
         """Return by how much these rows differ from others at most [px]."""
-        return (
-            abs(self.shift - other.shift)
-            + abs(self.turn - other.turn)
-            + abs(self.stretch - other.stretch)
-        )
+        return float(np.abs(self.terms() - other.terms()).sum())
 
     def undone(self, right: UInt8, *, compiled: bool = COMPILED) -> UInt8:
         """Return a right image with its rows where the left image has them.
@@ -92,25 +95,29 @@ class Rows:
         if self == Rows():
             return right
         height, width = right.shape
-        across, down = 2 * self.turn / width, 2 * self.stretch / height
-        first = self.shift - 0.5 * (across * (width - 1) + down * (height - 1))
-        if compiled:
-            slid = np.empty_like(right, order="C")
-            core.slide_rows(right, first=first, across=across, down=down, answer=slid)
-            return slid
-        source = np.array([[1.0, 0.0, 0.0], [across, 1.0 + down, first]])
-        flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
-        put_right = cv2.warpAffine(
-            right, source, (width, height), flags=flags, borderMode=cv2.BORDER_REPLICATE
-        )
-        return np.asarray(put_right, dtype=np.uint8)
+        if not compiled:
+            u, v = np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32)
+            x, y = _centred(u, width), _centred(v, height)[:, None]
+            rows = v[:, None] + self.shift + self.turn * x + (self.stretch + self.twist * x) * y
+            row, column = rows.astype(np.float32), np.broadcast_to(u, right.shape)
+            border = cv2.BORDER_REPLICATE
+            seen = cv2.remap(right, column, row, cv2.INTER_CUBIC, borderMode=border)
+            return np.asarray(seen, dtype=np.uint8)
+        middle_u, middle_v = 0.5 * (width - 1), 0.5 * (height - 1)
+        twist = 4 * self.twist / (width * height)
+        across = 2 * self.turn / width - twist * middle_v
+        down = 2 * self.stretch / height - twist * middle_u
+        first = self.shift - across * middle_u - down * middle_v - twist * middle_u * middle_v
+        slid = np.empty_like(right, order="C")
+        core.slide_rows(right, first=first, across=across, down=down, twist=twist, answer=slid)
+        return slid
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Cells:
     """What cells say: `moment` is `slope` times the rows that they are off, with noise of `spread`.
 
-    `basis` holds 1, x and y of each cell, x and y from -1 to 1. Arrays of shape (N,), (N, 3).
+    `basis` holds 1, x, y and x y of each cell, x and y from -1 to 1. Arrays of shape (N,), (N, 4).
     """
 
     moment: Values
@@ -172,8 +179,8 @@ class RowTracker:
         """Take these rows for a first guess, and forget what was measured."""
         self.rows = rows
         self._known = False
-        self._information = np.zeros((3, 3))
-        self._weighed = np.zeros(3)
+        self._information = np.zeros((4, 4))
+        self._weighed = np.zeros(4)
 
     def _look(self, left: UInt8, right: UInt8, disparity: Float32) -> bool:
         """Measure one pair by its cells; tells whether they say anything."""
@@ -183,14 +190,15 @@ class RowTracker:
         self._frame += 1
         if cells is None:
             return False
-        information, plane = _fit(cells)
-        if self._known and abs(float(plane[0])) > _COARSE:
+        information, terms = _fit(cells)
+        if self._known and abs(float(terms[0])) > _COARSE:
             return False
-        before = np.array([self.rows.shift, self.rows.turn, self.rows.stretch])
         self._information = _KEPT * self._information + information
-        self._weighed = _KEPT * self._weighed + information @ (before + plane)
-        known = np.linalg.solve(self._information + _PRIOR, self._weighed).tolist()
-        rows = Rows(shift=known[0], turn=known[1], stretch=known[2])
+        self._weighed = _KEPT * self._weighed + information @ (self.rows.terms() + terms)
+        shift, turn, stretch, twist = np.linalg.solve(self._information + _PRIOR, self._weighed)
+        rows = Rows(
+            shift=float(shift), turn=float(turn), stretch=float(stretch), twist=float(twist)
+        )
         moved = rows.beside(self.rows) > (_NEGLIGIBLE if self._known else _FITS)
         if moved or not self._known:
             self.offset = rows.shift
@@ -201,20 +209,20 @@ class RowTracker:
 
 
 def _fit(cells: _Cells) -> tuple[Values, Values]:
-    """Return the information about shift, turn and stretch, and their M-estimates."""
+    """Return the information about the terms of `Rows`, and their M-estimates."""
     basis, spread = cells.basis, np.sqrt(cells.spread)
     weight: Values = np.ones(len(spread))
-    plane = np.zeros(3)
+    terms = np.zeros(4)
     for _ in range(_STEPS):
         slopes = basis.T @ (basis * (weight * cells.slope)[:, None])
         seen = basis.T @ (weight * cells.moment)
-        plane = np.asarray(np.linalg.solve(slopes + _LEAST, seen), dtype=np.float64)
-        miss = np.abs(cells.moment - cells.slope * (basis @ plane)) / spread
+        terms = np.asarray(np.linalg.solve(slopes + _LEAST, seen), dtype=np.float64)
+        miss = np.abs(cells.moment - cells.slope * (basis @ terms)) / spread
         scale = 1.4826 * median(miss) + 1e-6
         weight = np.minimum(1.0, 1.5 * scale / np.maximum(miss, 1e-9))
         weight[miss > 5 * scale] = 0.0
     noise = basis.T @ (basis * (weight * spread * scale * _TOGETHER)[:, None] ** 2)
-    return slopes @ np.linalg.solve(noise + _LEAST, slopes), plane
+    return slopes @ np.linalg.solve(noise + _LEAST, slopes), terms
 
 
 def _cells(
@@ -265,7 +273,7 @@ def _cells(
         moment=(u_d * uv / uu - v_d)[told].astype(np.float64),
         slope=(mean(v_one * v_other) - uv * uv / uu)[told].astype(np.float64),
         spread=0.5 * mean(v_one * v_one + v_other * v_other)[told].astype(np.float64) + _FLAT,
-        basis=np.stack([np.ones_like(x), x, y], axis=1),
+        basis=np.stack([np.ones_like(x), x, y, x * y], axis=1),
     )
 
 
