@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from bearcub.geometry import Projection
+from bearcub.ground.surface import Surface
 from bearcub.messages import Float32
 from bearcub.obstacles.segment import Segments, segment
-from bearcub.obstacles.sorting import Sorting
+from bearcub.obstacles.sorting import Sorter, Sorting
 
 CAMERA = Projection(fx=200.0, fy=200.0, cx=119.5, cy=59.5, baseline=0.1)
 
@@ -101,3 +102,35 @@ def test_what_hangs_overhead_is_a_things_only_where_it_is_not_far_above(
     found = grouped(d, overhead=50)
     assert (found.labels[last - 8, 40] == found.labels[80, 40]) == joined
     assert found.labels[last - 8, 40] != 0
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+def test_pixels_between_samples_of_a_thing_are_not_those_of_a_nearer_one_beside_it(
+    *, compiled: bool
+) -> None:
+    """Of every third column; a wall of 24 px ends in column 121, right of a sampled one."""
+    d = np.full((240, 240), 2.0, dtype=np.float32)
+    d[120:200, 60:122] = 24.0
+    d[140:200, 122:180] = 16.0
+    none = np.zeros(64, dtype=np.float32)
+    plane = np.array([0.0, 0.0, 2.0], dtype=np.float32)
+    flat = Surface(plane=plane, height=1.0, bend=none, noise=none)
+    sorter = Sorter(disparity=d, surface=flat, tolerance=none + 0.5, farthest_level=1.0)
+    found = segment(
+        sorter.part(np.s_[::3], np.s_[::3]),
+        CAMERA,
+        step=3,
+        camera_height=1.0,
+        lean=0.0,
+        least_height=0.1,
+        low_height=0.3,
+        clearance=2.0,
+        least_pixels=30,
+        nearest_level=60.0,
+        farthest_level=1.0,
+    )
+    things = [
+        sorter.disparity[thing.v, thing.u]
+        for thing in found.members(sorter, least=30, compiled=compiled)
+    ]
+    assert [np.unique(own).tolist() for own in things] in ([[24.0], [16.0]], [[16.0], [24.0]])

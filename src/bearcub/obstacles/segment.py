@@ -22,6 +22,7 @@ _MANY = 2500  # sampled pixels that tell as much as all
 _SAMPLE = 2500  # pixels that tell all there is to tell of a large thing
 # levels and columns around a thing that are still its, by step
 _FOOT = {1: (5, 7), 2: (5, 5), 3: (5, 3)}
+_WITHIN = 1.03  # times its sampled disparities are a thing's others: two levels, as about its foot
 _TO_LEFT_ABOVE = np.ones((2, 2), dtype=np.uint8)
 
 
@@ -120,21 +121,41 @@ class Segments:
                 s = self.step
                 yield Member(number=k, u=s * u, v=s * v, stride=s, pixels=count * s**2)
 
-    def enlarged(self, labels: "NDArray[np.uint16]", part: Sorting) -> "NDArray[np.uint16]":
+    def enlarged(
+        self,
+        labels: "NDArray[np.uint16]",
+        part: Sorting,
+        levels: tuple[float, float] | None = None,
+    ) -> "NDArray[np.uint16]":
         """Return a window of labels at full resolution, where pixels of `part` stand.
 
-        Pixels left of and above a sampled one are its thing's, too.
+        Pixels left of and above a sampled one are its thing's, too, between the smallest and the
+        largest disparity of `levels`, by default all that were looked at.
         """
         if self.step > 1:
             grown = np.asarray(cv2.dilate(labels, _TO_LEFT_ABOVE, anchor=(0, 0)), dtype=np.uint16)
             labels = grown.repeat(self.step, axis=1).repeat(self.step, axis=0)  # the fast order
         height, width = part.standing.shape
-        return labels[:height, :width] * part.between(self.farthest_level, self.nearest_level)
+        return labels[:height, :width] * part.between(
+            *(levels or (self.farthest_level, self.nearest_level))
+        )
+
+    def _levels_of(self, u: Index, v: Index, sorter: Sorter) -> tuple[float, float]:
+        """Return the smallest and largest disparity of a thing that was sampled at (u, v) [px].
+
+        What lies between the sampled columns and rows at its side may be of the thing beside it.
+        """
+        own = sorter.disparity[self.step * v, self.step * u]
+        return (
+            max(self.farthest_level, float(own.min()) / _WITHIN),
+            min(self.nearest_level, float(own.max()) * _WITHIN),
+        )
 
     def _all_of_compiled(
         self, k: int, u: Index, v: Index, sorter: Sorter, trim: Trimmer | None
     ) -> tuple[Index, Index]:
         surface = sorter.surface
+        farthest, nearest = self._levels_of(u, v, sorter)
         found: tuple[Index, Index] = core.all_pixels(
             self.labels,
             self.step,
@@ -144,8 +165,8 @@ class Segments:
             surface.plane.tolist(),
             surface.bend,
             sorter.tolerance,
-            self.nearest_level,
-            self.farthest_level,
+            nearest,
+            farthest,
             None if trim is None else trim.left,
             None if trim is None else trim.right,
             0.0 if trim is None else trim.offset,
@@ -161,7 +182,8 @@ class Segments:
         s = self.step
         part = sorter.part(slice(s * top, s * bottom), slice(s * left, s * right))
         own = self.labels[top:bottom, left:right] == k
-        window = self.enlarged(own.astype(np.uint16), part) > 0
+        levels = self._levels_of(u, v, sorter)
+        window = self.enlarged(own.astype(np.uint16), part, levels) > 0
         if trim is not None:
             window = trim(window, part)
         index = np.flatnonzero(window)
