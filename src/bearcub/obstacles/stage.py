@@ -53,6 +53,7 @@ from bearcub.robust import median
 _SURE = 1.5  # standard errors by which the images must speak for a thing
 _SURE_FOOT = 2.0  # ... for one whose foot is lost in the tolerance
 _SURE_STRAY = 2.5  # ... for what is as small or sparse as stray matches in the air are
+_SPARSE = 0.6  # of the share of its outline that a thing must cover, where the images can be asked
 _WITNESSED = 2 / 3  # of the sigmas will do where the images can be asked
 _TRIMMED = 0.25  # past a silhouette lies the column in which trimming ends, on average [px]
 _FEET = 0.25  # 1-sigma of how much wider a thing is at its foot, share of the height that is hidden
@@ -397,10 +398,11 @@ class ObstacleStage:
             carried=frame.disparity.fattening * extent.distance / self.projection.fy,
         ):
             return math.inf
-        if extent.fill <= self.least_fill:
+        sparse = witnessed and not hangs  # of what stands, some may be matched in places only
+        if extent.fill <= (_SPARSE if sparse else 1.0) * self.least_fill:
             return math.inf
         stray = pixels <= 10 * self.least_pixels or extent.fill <= 2 * self.least_fill
-        if hangs and stray:
+        if (hangs and stray) or extent.fill <= self.least_fill:
             return _SURE_STRAY if witnessed else math.inf
         return _SURE
 
