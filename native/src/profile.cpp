@@ -228,6 +228,7 @@ public:
     bool ended = false;
     double share = 1.0;  // of the last bin's pixels that lay on the profile
     int regained = 0;  // bins that turned out to be ground beyond a step, the last one included
+    int refused = 0;  // ... to be of a bank
 
     // Moves on to the next bin; returns the floor's disparity there less the plane's.
     double advance(double level, Residuals way, Residuals lying) {
@@ -236,6 +237,7 @@ public:
             look_beyond(level, way);
             return bend_at(level);
         }
+        ++bins_up_;
         const double x = depth_ / (level + expected);
         const double rise = started_ ? steepest_ * std::max(0.0, x - x_) : 0.0;
         const double reach = 3.0 * noise_;
@@ -268,7 +270,8 @@ public:
         share = std::max(0.1, static_cast<double>(count) / way.count);
         const double spread = spread_of(lying, first, last);
         const auto [lift, there] = place(level, lying[(first + last) / 2]);
-        return settle(level, lift, there, spread, count, rise) ? bend_at(level) : expected;
+        settle(level, lift, there, spread, count, rise);
+        return bend_at(level);
     }
 
     double bend_at(double level) const { return bend(level, lift_); }
@@ -291,29 +294,51 @@ public:
 
 private:
     // Takes a bin's surface for the floor, unless it is a step away.
-    bool settle(double level, double lift, double there, double spread, int count, double rise) {
+    void settle(double level, double lift, double there, double spread, int count, double rise) {
         // a spread far beyond the noise so far is of several surfaces, and excuses no climb
         const double noise = std::min(spread, 1.5 * noise_);
         const double doubt = height_ * noise / level * std::sqrt(tuning_.correlated / count);
         double change = lift - lift_;
         if (started_) {
-            const double climb = steepest_ * std::max(0.0, there - x_) + 2 * doubt + tuning_.step;
-            if (std::abs(change) > climb) {
+            const double climb = steepest_ * std::max(0.0, there - x_);
+            // the same noise is of less height, and of less way, where ground is nearer
+            const double flat = there * level / depth_;
+            const double along = steepest_ * depth_ / (height_ * level);
+            const double less = std::min(1.0, (1 + along) * (flat * flat));
+            const double most = climb + 2 * doubt * less + tuning_.step;
+            if (change < -most) {
                 ended = true;
-                return false;
+                return;
+            }
+            if (excess_ + change > most) {
+                back_to_the_foot();
+                return;
             }
             // what a few far pixels say is weighed against how much ground changes over the bin
             // ... where it falls, by how much height the noise is as far away as that
-            const double farther = std::max(1.0, there * level / depth_);
+            const double farther = std::max(1.0, flat);
             const double ratio = doubt * farther * farther / (0.5 * (rise + tuning_.step));
             change *= 1 / (1 + ratio * ratio);
+            excess_ += change - climb;
+        }
+        if (excess_ <= 0) {
+            excess_ = 0;
+            foot_ = lift_ + change;
+            bins_up_ = 0;
         }
         noise_ = 0.7 * noise_ +
                  0.3 * std::min(std::max(spread, tuning_.smallest), tuning_.largest);
         lift_ += change;
         x_ = started_ ? std::max(x_, there) : there;
         started_ = true;
-        return true;
+    }
+
+    // Ends the floor where it began to climb more than it may, summed over the bins since: a bank
+    // rises by no more in one of them than noise does.
+    void back_to_the_foot() {
+        ended = true;
+        refused = bins_up_;
+        lift_ = foot_;
     }
 
     // Goes on where the way lies on one level again beyond a step up: stairs, a pavement.
@@ -366,6 +391,8 @@ private:
     double lift_ = 0.0;  // height of the profile above the plane [m]
     double x_ = 0.0;
     bool started_ = false;
+    double foot_ = 0.0, excess_ = 0.0;  // height where it began to climb too steeply; so far
+    int bins_up_ = 0;                   // since there
     std::vector<std::pair<double, double>> upper_;  // height and range of ground beyond a step up
 };
 
@@ -386,7 +413,7 @@ Followed follow_floor(const Disparity& map, const Lens& lens, const JustAhead& s
     for (int bin = static_cast<int>(scratch.edges.size()) - 2; bin >= 0; --bin) {
         const Residuals here = scratch.here[bin], ahead = scratch.ahead[bin];
         if (here.count < tuning.least) continue;
-        const double centre = std::sqrt(scratch.edges[bin] * scratch.edges[bin + 1]);
+        double centre = std::sqrt(scratch.edges[bin] * scratch.edges[bin + 1]);
         const double bend =
             ahead.count >= tuning.least
                 ? tracker.advance(centre, ahead, scratch.lying_ahead[bin])
@@ -403,6 +430,14 @@ Followed follow_floor(const Disparity& map, const Lens& lens, const JustAhead& s
                 bins[i].spread = spread;
             }
             tracker.regained = 0;
+        }
+        if (tracker.refused) {
+            const std::size_t foot = bins.size() - tracker.refused;
+            for (std::size_t i = foot; i < bins.size(); ++i) {
+                bins[i].bend = tracker.bend_at(bins[i].level);
+            }
+            centre = bins[foot].level;
+            tracker.refused = 0;
         }
         followed.end = tracker.ended ? (followed.end > 0 ? followed.end : centre) : 0.0;
     }

@@ -233,6 +233,11 @@ def _in_numpy(disparity: Float32, projection: Projection, start: _Start) -> _Fol
                 for entry in found[parts[-1] :]:
                     entry[1:3] = [tracker.bend_at(entry[0]), spread]
                 tracker.regained = 0
+            if tracker.refused:
+                bank = found[-tracker.refused :]
+                for entry in bank:
+                    entry[1] = tracker.bend_at(entry[0])
+                end, tracker.refused = bank[0][0], 0
             end = (end or centre) if tracker.ended else 0.0
     return _Followed(bins=found, parts=parts, end=end)
 

@@ -35,6 +35,9 @@ class Tracker:
         self._x: float | None = None
         self.ended = False
         self._upper: list[tuple[float, float]] = []  # height and range of ground beyond a step up
+        self._foot = self._excess = 0.0  # height where it began to climb too steeply; so far [m]
+        self._bins_up = 0  # since there
+        self.refused = 0  # bins that turned out to be of a bank, the last one included
         self.share = 1.0  # of the last bin's pixels that lay on the profile
         self.regained = 0  # bins that turned out to be ground beyond a step, the last one included
 
@@ -46,6 +49,7 @@ class Tracker:
         if self.ended:
             self._look_beyond(level, way)
             return self.bend_at(level)
+        self._bins_up += 1
         expected = self.bend_at(level)
         x = self._depth / (level + expected)
         run = 0.0 if self._x is None else max(0.0, x - self._x)
@@ -84,18 +88,40 @@ class Tracker:
         doubt = self._height * noise / level * math.sqrt(CORRELATED / count)
         change = lift - self._lift
         if self._x is not None:
-            climb = self._steepest * max(0.0, there - self._x) + 2 * doubt + STEP
-            if abs(change) > climb:
+            climb = self._steepest * max(0.0, there - self._x)
+            # the same noise is of less height, and of less way, where ground is nearer
+            flat = there * level / self._depth
+            along = self._steepest * self._depth / (self._height * level)
+            most = climb + 2 * doubt * min(1.0, (1 + along) * flat**2) + STEP
+            if change < -most:
                 self.ended = True
                 return expected
+            if self._excess + change > most:
+                self._back_to_the_foot()
+                return self.bend_at(level)
             # what a few far pixels say is weighed against how much ground changes over the bin
             # ... where it falls, by how much height the noise is as far away as that
-            doubt *= max(1.0, there * level / self._depth) ** 2
+            doubt *= max(1.0, flat) ** 2
             change *= 1 / (1 + (doubt / (0.5 * (rise + STEP))) ** 2)
+            self._excess += change - climb
+        if self._excess <= 0:
+            self._excess, self._foot, self._bins_up = 0.0, self._lift + change, 0
         self._noise = 0.7 * self._noise + 0.3 * min(max(spread, SMALLEST), LARGEST)
         self._rise(change)
         self._x = there if self._x is None else max(self._x, there)
         return self.bend_at(level)
+
+    def _back_to_the_foot(self) -> None:
+        """End the floor where it began to climb more than it may, summed over the bins since.
+
+        As Page's test has it [1]_: in one bin a bank of 45 deg rises by no more than noise does.
+
+        References
+        ----------
+        .. [1] E. S. Page: "Continuous inspection schemes", Biometrika 41, 1954.
+        """
+        self.ended, self.refused = True, self._bins_up
+        self._rise(self._foot - self._lift)
 
     def _look_beyond(self, level: float, way: Sequence[float]) -> None:
         """Go on where the way lies on one level again beyond a step up: stairs, a pavement."""
