@@ -152,3 +152,12 @@ def test_core_interpolates_by_cubic_convolution_on_every_level(level: str) -> No
     core.slide_rows(image, first=0.25, across=0.0, down=0.0, twist=0.0, answer=slid, level=level)
     # Keys' weights at a quarter for a = -0.75: -0.10546875, 0.87890625, 0.26171875, -0.03515625
     assert slid[2].tolist() == [100] * 37  # -2.11 + 52.73 + 52.34 - 3.16 = 99.80
+
+
+def test_corners_are_not_asked_again_once_cells_have_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    left, right = pair(OFF)
+    tracker = RowTracker()
+    tracker.learn(matched(left, right))
+    monkeypatch.setattr("bearcub.stereo.rows.epipolar_offset", lambda *_, **__: 0.6)
+    tracker.learn(matched(left, tracker.rows.undone(right)))
+    assert tracker.rows.beside(OFF) < 0.1

@@ -160,7 +160,9 @@ class RowTracker:
         steady = self._known
         if steady and self._look(matched.left, matched.right, raw):
             return False
-        coarse = epipolar_offset(matched.left, matched.right, raw, largest=matched.largest)
+        coarse = math.nan
+        if steady or not self._fine:
+            coarse = epipolar_offset(matched.left, matched.right, raw, largest=matched.largest)
         if abs(coarse) > _COARSE:
             self.offset = self.rows.shift + coarse
             self._begin(Rows(shift=self.offset))
@@ -169,15 +171,16 @@ class RowTracker:
         if not steady and self._look(matched.left, matched.right, raw):
             if self.rows == before:
                 return False
-            self._begin(self.rows)  # from this pair, which will say it better
+            self._begin(self.rows, fine=True)  # from this pair, which will say it better
             return True
         if not math.isnan(coarse):
             self.offset = before.shift + coarse
         return False
 
-    def _begin(self, rows: Rows) -> None:
-        """Take these rows for a first guess, and forget what was measured."""
+    def _begin(self, rows: Rows, *, fine: bool = False) -> None:
+        """Take these rows for a first guess, fine or rough, and forget what was measured."""
         self.rows = rows
+        self._fine = fine
         self._known = False
         self._information = np.zeros((4, 4))
         self._weighed = np.zeros(4)
