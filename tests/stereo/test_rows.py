@@ -161,3 +161,15 @@ def test_corners_are_not_asked_again_once_cells_have_told(monkeypatch: pytest.Mo
     monkeypatch.setattr("bearcub.stereo.rows.epipolar_offset", lambda *_, **__: 0.6)
     tracker.learn(matched(left, tracker.rows.undone(right)))
     assert tracker.rows.beside(OFF) < 0.1
+
+
+def test_rows_that_change_by_a_third_of_a_row_are_measured_anew_at_once() -> None:
+    tracker = RowTracker()
+    for seed in range(5):
+        left, right = pair(OFF, seed=seed)
+        tracker.learn(matched(left, tracker.rows.undone(right)))
+    bent = replace(OFF, shift=OFF.shift - 0.35)
+    left, right = pair(bent, seed=9)
+    assert tracker.learn(matched(left, tracker.rows.undone(right)))
+    tracker.learn(matched(left, tracker.rows.undone(right)))
+    assert tracker.rows.beside(bent) < 0.1

@@ -49,6 +49,7 @@ _LEAST = 1e-3 * np.eye(4)  # of what is solved for, so that it has a solution
 _STEPS = 5
 _FITS = 0.02  # what is not undone with the first pair [px]
 _NEGLIGIBLE = 0.05  # ... when more is learnt with later ones
+_BENT = 0.15  # what is too much for what was known: something has bent [px]
 _COARSE = 0.5  # what gradients cannot tell any more [px]
 
 Values = NDArray[np.float64]
@@ -161,14 +162,14 @@ class RowTracker:
         if steady and self._look(matched.left, matched.right, raw):
             return False
         coarse = math.nan
-        if steady or not self._fine:
+        if self._known or not self._fine:
             coarse = epipolar_offset(matched.left, matched.right, raw, largest=matched.largest)
         if abs(coarse) > _COARSE:
             self.offset = self.rows.shift + coarse
             self._begin(Rows(shift=self.offset))
             return True
         before = self.rows
-        if not steady and self._look(matched.left, matched.right, raw):
+        if not self._known and self._look(matched.left, matched.right, raw):
             if self.rows == before:
                 return False
             self._begin(self.rows, fine=True)  # from this pair, which will say it better
@@ -194,8 +195,11 @@ class RowTracker:
         if cells is None:
             return False
         information, terms = _fit(cells)
-        if self._known and abs(float(terms[0])) > _COARSE:
-            return False
+        if self._known:
+            left_over = np.linalg.solve(information + _PRIOR, information @ terms)
+            if np.abs(left_over).sum() > _BENT:
+                self._begin(self.rows, fine=abs(float(left_over[0])) < _COARSE)
+                return False
         self._information = _KEPT * self._information + information
         self._weighed = _KEPT * self._weighed + information @ (self.rows.terms() + terms)
         shift, turn, stretch, twist = np.linalg.solve(self._information + _PRIOR, self._weighed)
