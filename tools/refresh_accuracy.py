@@ -32,21 +32,21 @@ takes a small part of the simulated frames and fails when a figure falls below i
 
 ## What is missed, and why
 
-* **Disparity to answer without the native core** takes 7.3 to 7.5 ms on one core at 640 x 480 in the
-  fast spells of a shared virtual machine, 11 to 12 ms in its slow ones (`bearcub bench`), always
-  0.13 to 0.16 of what OpenCV's SGBM 3WAY takes there in the same run; the 8 ms that were promised
-  are 0.19 to 0.21 of it on the machine that they were promised for. With the core it takes 0.08 to
-  0.10 of it, 4 to 9 ms.
+* **Disparity to answer without the native core** takes 7.3 to 7.5 ms on one core at 640 x 480 in
+  the fast spells of a shared virtual machine, 11 to 12 ms in its slow ones (`bearcub bench`),
+  always 0.13 to 0.16 of what OpenCV's SGBM 3WAY takes there in the same run; the 8 ms that were
+  promised are 0.19 to 0.21 of it on the machine that they were promised for. With the core it takes
+  0.08 to 0.10 of it, 4 to 9 ms.
 * **Width of the sample's can** at 21 attitudes: 4.95 % too narrow at worst, 5 promised. Of the
   flanks of round things nearer than 3 m the native matcher leaves out two or three columns more
   than OpenCV's, up to ten; trimming only takes columns off.
-* **Recall of large obstacles** (97.8 %, 98 promised): 93 % of them are found in dusk, 98 to 100 % in
-  any other light. Most of what is missed are plates and boxes beyond 5 m that stand 1 to 1.5 px of
-  disparity above a floor as noisy as that. What is not believed shows as unseen ground, which is
+* **Recall of large obstacles** (97.8 %, 98 promised): 93 % of them are found in dusk, 98 to 100 %
+  in any other light. Most of what is missed are plates and boxes beyond 5 m that stand 1 to 1.5 px
+  of disparity above a floor as noisy as that. What is not believed shows as unseen ground, which is
   not free. Baselines that find more in the same disparity pay with false obstacles on empty floor.
-* **Low and narrow things** stand half a pixel of disparity above the floor in the mean, and matchers
-  smooth them away: they are found in the images themselves. What is as bright as the floor is
-  still missed (mostly on grass, and in dusk), and nothing is told where too little floor was
+* **Low and narrow things** stand half a pixel of disparity above the floor in the mean, and
+  matchers smooth them away: they are found in the images themselves. What is as bright as the floor
+  is still missed (mostly on grass, and in dusk), and nothing is told where too little floor was
   matched around. Of a kerb that is not matched the nearest part that the images show is told; it
   counts as false where it lies aside.
 * **Holes**: in low sun all are found and by noon nine in ten, under an overcast sky eight, in dusk
@@ -54,20 +54,20 @@ takes a small part of the simulated frames and fails when a figure falls below i
   from other floor by no more than chance, the true shape of the hole in hand. Missed in other light
   are mostly those beyond 5.5 m that cover 8 or 9 rows. The false ones are a part of a pit that the
   image cuts, and an edge of paint; on the recorded drive, an edge of a shadow in one of 51 frames.
-* **Steps down** of 0.2 m are followed as if they were slopes, and where little of the upper level is
-  in view the lower one is taken for the floor: three in ten are not told.
+* **Steps down** of 0.2 m are followed as if they were slopes, and where little of the upper level
+  is in view the lower one is taken for the floor: three in ten are not told.
 * **Width**: cones and barrels stand on feet 4 to 7 cm high, lower than what can be told from the
   floor, and are measured above them (a cone half as wide as its foot, a barrel by 15 % less);
   other things are within 2 to 5 %.
-* **Precision and false obstacles**: dark things on gravel that are matched in two pieces at different
-  ranges count as one thing and a false one, and so does a bank that fills the view so that no floor
-  is seen. Blades of tall grass are things that stand; they are counted apart.
-* **Tables and branches**: legs at the range of the top look like its foot, and the matcher carries a
-  branch down by some pixels, which is its lower edge then.
-* **Intervals**: the tails are longer than normal ones, of widths (feet, see above; the 1-sigma grows
-  with how much a thing widens downwards, which barrels hardly do), of bearings (a dark end that was
-  matched as floor, a neighbour taken for a part), of cones' distances, and of the ground under tall
-  grass, whose tips are what is seen.
+* **Precision and false obstacles**: dark things on gravel that are matched in two pieces at
+  different ranges count as one thing and a false one, and so does a bank that fills the view so
+  that no floor is seen. Blades of tall grass are things that stand; they are counted apart.
+* **Tables and branches**: legs at the range of the top look like its foot, and the matcher carries
+  a branch down by some pixels, which is its lower edge then.
+* **Intervals**: the tails are longer than normal ones, of widths (feet, see above; the 1-sigma
+  grows with how much a thing widens downwards, which barrels hardly do), of bearings (a dark end
+  that was matched as floor, a neighbour taken for a part), of cones' distances, and of the ground
+  under tall grass, whose tips are what is seen.
 * **Rows**: the right camera's rows are 0.2 px off (RMS over the image; a shift and a turn of chance
   in every frame) and are put right to about 0.01 px from each pair alone; those of a rig that keeps
   its own become better known on the way. On the recorded drive one frame tells a hole 10.9 m ahead.

@@ -47,9 +47,10 @@ _PRIOR = np.diag([1.0, 2.0, 4.0, 4.0])  # information: the terms are seldom 1, 0
 _KEPT = 0.98  # of what earlier frames said, with every frame
 _LEAST = 1e-3 * np.eye(4)  # of what is solved for, so that it has a solution
 _STEPS = 5
+TRIES = 3  # matches of one pair at most after the first until its rows fit
 _FITS = 0.02  # what is not undone with the first pair [px]
 _NEGLIGIBLE = 0.05  # ... when more is learnt with later ones
-_BENT = 0.15  # what is too much for what was known: something has bent [px]
+_BENT = 3.0  # squared standard errors by which something has bent; steady cameras reach 0.6
 _COARSE = 0.5  # what gradients cannot tell any more [px]
 
 Values = NDArray[np.float64]
@@ -142,6 +143,7 @@ class RowTracker:
     def __init__(self) -> None:
         self.offset = math.nan
         self._frame = 0
+        self._tries = 0
         self._begin(Rows())
 
     def learn(self, matched: DisparityMap) -> bool:
@@ -170,10 +172,13 @@ class RowTracker:
             return True
         before = self.rows
         if not self._known and self._look(matched.left, matched.right, raw):
-            if self.rows == before:
-                return False
-            self._begin(self.rows, fine=True)  # from this pair, which will say it better
-            return True
+            again = self.rows != before
+            self._tries = self._tries + 1 if again else 0
+            if self._tries == TRIES:
+                self._tries = 0  # as well as it is known
+            elif again:
+                self._begin(self.rows, fine=True)  # from this pair, which will say it better
+            return again
         if not math.isnan(coarse):
             self.offset = before.shift + coarse
         return False
@@ -197,7 +202,8 @@ class RowTracker:
         information, terms = _fit(cells)
         if self._known:
             left_over = np.linalg.solve(information + _PRIOR, information @ terms)
-            if np.abs(left_over).sum() > _BENT:
+            sure = float(left_over @ information @ left_over)
+            if sure > _BENT and np.abs(left_over).sum() > _NEGLIGIBLE:
                 self._begin(self.rows, fine=abs(float(left_over[0])) < _COARSE)
                 return False
         self._information = _KEPT * self._information + information

@@ -18,11 +18,10 @@ from bearcub.stereo.grain import without_grain
 from bearcub.stereo.images import grey
 from bearcub.stereo.matchers import Matcher
 from bearcub.stereo.native import COMPILED, NativeGate, core
-from bearcub.stereo.rows import RowTracker
+from bearcub.stereo.rows import TRIES, RowTracker
 from bearcub.stereo.search import search_range
 
 _SOUND = 0.5  # share of matched pixels that leaves no doubt of a map
-_TRIES = 3  # matches at most after the first one until the rows fit
 _MANY = 0.6  # share of matched pixels that no swapped pair has
 
 
@@ -121,7 +120,7 @@ class StereoStage:
                 f"{right.shape[1]} x {right.shape[0]}: expected one size"
             )
         matched = self._match(left, right, first_row)
-        for _ in range(_TRIES if self._align else 0):
+        for _ in range(TRIES if self._align else 0):
             if not self._rows.learn(matched):
                 break
             matched = self._match(left, right, first_row)
