@@ -50,7 +50,7 @@ _STEPS = 5
 TRIES = 3  # matches of one pair at most after the first until its rows fit
 _FITS = 0.02  # what is not undone with the first pair [px]
 _NEGLIGIBLE = 0.05  # ... when more is learnt with later ones
-_BENT = 3.0  # squared standard errors by which something has bent; steady cameras reach 0.6
+_BENT = 1.0  # squared standard errors by which something has bent; steady cameras reach 0.6
 _COARSE = 0.5  # what gradients cannot tell any more [px]
 
 Values = NDArray[np.float64]
