@@ -8,6 +8,7 @@ from bearcub.ground.surface import Surface
 from bearcub.messages import Float32
 from bearcub.obstacles.segment import Segments, segment
 from bearcub.obstacles.sorting import Sorter, Sorting
+from bearcub.stereo.native import COMPILED
 
 CAMERA = Projection(fx=200.0, fy=200.0, cx=119.5, cy=59.5, baseline=0.1)
 
@@ -104,7 +105,10 @@ def test_what_hangs_overhead_is_a_things_only_where_it_is_not_far_above(
     assert found.labels[last - 8, 40] != 0
 
 
-@pytest.mark.parametrize("compiled", [True, False])
+@pytest.mark.parametrize(
+    "compiled",
+    [False, pytest.param(True, marks=pytest.mark.skipif(not COMPILED, reason="no core"))],
+)
 def test_pixels_between_samples_of_a_thing_are_not_those_of_a_nearer_one_beside_it(
     *, compiled: bool
 ) -> None:
