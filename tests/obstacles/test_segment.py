@@ -32,10 +32,14 @@ def grouped(disparity: Float32, *, overhead: int = 0) -> Segments:
         on_floor=disparity <= 2.5,
         below=np.zeros(disparity.shape, dtype=bool),
     )
+    return segments_of(sorting, step=1)
+
+
+def segments_of(sorting: Sorting, *, step: int) -> Segments:
     return segment(
         sorting,
         CAMERA,
-        step=1,
+        step=step,
         camera_height=1.0,
         lean=0.0,
         least_height=0.1,
@@ -120,19 +124,7 @@ def test_pixels_between_samples_of_a_thing_are_not_those_of_a_nearer_one_beside_
     plane = np.array([0.0, 0.0, 2.0], dtype=np.float32)
     flat = Surface(plane=plane, height=1.0, bend=none, noise=none)
     sorter = Sorter(disparity=d, surface=flat, tolerance=none + 0.5, farthest_level=1.0)
-    found = segment(
-        sorter.part(np.s_[::3], np.s_[::3]),
-        CAMERA,
-        step=3,
-        camera_height=1.0,
-        lean=0.0,
-        least_height=0.1,
-        low_height=0.3,
-        clearance=2.0,
-        least_pixels=30,
-        nearest_level=60.0,
-        farthest_level=1.0,
-    )
+    found = segments_of(sorter.part(np.s_[::3], np.s_[::3]), step=3)
     things = [
         sorter.disparity[thing.v, thing.u]
         for thing in found.members(sorter, least=30, compiled=compiled)

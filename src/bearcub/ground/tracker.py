@@ -80,9 +80,18 @@ class Tracker:
             first, last = _between(lying, middle - reach, middle + reach)
         count = last - first
         self.share = max(0.1, count / len(way))
-        middle = lying[(first + last) // 2]
-        spread = _spread(lying, first, last)
-        lift, there = self._place(level, middle)
+        lift, there = self._place(level, lying[(first + last) // 2])
+        self._settle(level, lift, there, _spread(lying, first, last), count, rise)
+        return self.bend_at(level)
+
+    def _settle(
+        self, level: float, lift: float, there: float, spread: float, count: int, rise: float
+    ) -> None:
+        """Take a bin's surface for the floor, unless it is a step away or a bank.
+
+        It lies `lift` above the plane, `there` ahead [m]; `count` pixels tell, with a `spread`
+        [px]; ground may `rise` so far over the bin [m].
+        """
         # a spread far beyond the noise so far is of several surfaces, and excuses no climb
         noise = min(spread, 1.5 * self._noise)
         doubt = self._height * noise / level * math.sqrt(CORRELATED / count)
@@ -95,10 +104,10 @@ class Tracker:
             most = climb + 2 * doubt * min(1.0, (1 + along) * flat**2) + STEP
             if change < -most:
                 self.ended = True
-                return expected
+                return
             if self._excess + change > most:
                 self._back_to_the_foot()
-                return self.bend_at(level)
+                return
             # what a few far pixels say is weighed against how much ground changes over the bin
             # ... where it falls, by how much height the noise is as far away as that
             doubt *= max(1.0, flat) ** 2
@@ -109,7 +118,6 @@ class Tracker:
         self._noise = 0.7 * self._noise + 0.3 * min(max(spread, SMALLEST), LARGEST)
         self._rise(change)
         self._x = there if self._x is None else max(self._x, there)
-        return self.bend_at(level)
 
     def _back_to_the_foot(self) -> None:
         """End the floor where it began to climb more than it may, summed over the bins since.

@@ -25,7 +25,7 @@ from bearcub.messages import Bool, Ground, Hole
 from bearcub.obstacles.cloud import View
 from bearcub.obstacles.descent import slopes_down
 from bearcub.obstacles.measure import MARGIN
-from bearcub.obstacles.openings import large, openings
+from bearcub.obstacles.openings import NARROW, large, openings
 from bearcub.obstacles.regions import (
     CLOSING,
     EDGE_ROWS,
@@ -45,7 +45,6 @@ from bearcub.robust import median, middle, quantile
 
 _SURE, _SURE_NARROW = 1.3, 2.0  # standard errors by which the images must speak for a hole
 _SHIFTED, _SHIFTED_NARROW = 5.0, 10.0  # ... sigmas for all of its pixels lying lower together
-_NARROW = 0.4  # width [m] below which gaps between blades and stones look like holes
 _VISIBLE = 0.8  # share of the visible depth from which on the bottom may be out of sight
 _IMPOSSIBLE = 1.6  # times the visible depth, which its own errors allow for
 _RESUMED = 0.4  # of the tolerance: floor that lies lower still belongs to the drop
@@ -212,7 +211,7 @@ def _matched(
         sure = region.plain or region.fall > _DEEP or _spans_view(region, scene)
         if images is None:
             found.append((hole, region))
-        elif (sure or not pit) and _shown(region, images, sorter, narrow=hole.width < _NARROW):
+        elif (sure or not pit) and _shown(region, images, sorter, narrow=hole.width < NARROW):
             if pit or not slopes_down(region, images):
                 found.append((hole, region))
         elif pit and told_alone:

@@ -25,7 +25,7 @@ _NEAR = 4  # pixels around a dark one in which nothing may stand [px]
 _FLOOR = 0.5  # share of what is around a hole that must be matched as floor
 _PART = 0.22  # width and length of what may be a part of a hole [m]
 _LEAST, _LONGEST = 0.3, 2.0  # width and length of a hole, and its length [m]
-_NARROW = 0.4  # width [m] below which gaps between blades and stones look like holes in the map
+NARROW = 0.4  # width [m] below which gaps between blades and stones look like holes in the map
 _LEANS = 0.1  # how far what was matched inside must lie below the floor [px]
 _AROUND = np.ones((9, 9), dtype=np.uint8)  # in which a matcher may mix a hole with the floor [px]
 _EDGE = 1.0  # 1-sigma of where a rim is [px]
@@ -79,7 +79,7 @@ def openings(
         if not _sinks(region) or refused(region) or _rows_explain(region, images):
             continue
         hole = _hole(sunken, region, view, ground, images)
-        if hole is None and told is not None and told[0].width > _NARROW:
+        if hole is None and told is not None and told[0].width > NARROW:
             hole, region = told  # no rectangle: its disparities tell its extent
         if hole is not None:
             found.append((hole, region))

@@ -57,9 +57,7 @@ _SPARSE = 0.6  # of the share of its outline that a thing must cover, where the 
 _WITNESSED = 2 / 3  # of the sigmas will do where the images can be asked
 _TRIMMED = 0.25  # past a silhouette lies the column in which trimming ends, on average [px]
 _FEET = 0.25  # 1-sigma of how much wider a thing is at its foot, share of the height that is hidden
-_FLARES = (
-    1.5  # ... of how much wider its lower third is than its upper: what flares has a wide foot
-)
+_FLARES = 1.5  # ... share of how much wider its lower third is than its upper one
 _GOES_ON = 0.5  # 1-sigma of how far a thing goes on where nothing is matched, share of the columns
 _REFINED = 4.0  # half the window in which a matched map was refined [px]
 _ACROSS = 0.9  # share of the columns of ground that goes on beyond both borders

@@ -27,7 +27,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from bearcub.messages import DisparityMap, Float32, UInt8
+from bearcub.messages import Bool, DisparityMap, Float32, UInt8
 from bearcub.robust import median
 from bearcub.stereo.epipolar import epipolar_offset
 from bearcub.stereo.native import COMPILED, core
@@ -54,6 +54,7 @@ _BENT = 1.0  # squared standard errors by which something has bent; steady camer
 _COARSE = 0.5  # what gradients cannot tell any more [px]
 
 Values = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,6 +117,19 @@ class Rows:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class _Bands:
+    """Rows of cells with their margins: both images, `at` which column of the right one, `known`.
+
+    `other` is the right image, smoothed like `one` and as its matches see it.
+    """
+
+    one: Float32
+    other: Float32
+    at: Float32
+    known: Bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class _Cells:
     """What cells say: `moment` is `slope` times the rows that they are off, with noise of `spread`.
 
@@ -159,19 +173,18 @@ class RowTracker:
         """
         if matched.left is None or matched.right is None:
             return False
-        raw = matched.disparity - np.float32(matched.offset)
-        steady = self._known
-        if steady and self._look(matched.left, matched.right, raw):
+        if self._known and self._look(matched.left, matched.right, matched):
             return False
         coarse = math.nan
         if self._known or not self._fine:
+            raw = matched.disparity - np.float32(matched.offset)
             coarse = epipolar_offset(matched.left, matched.right, raw, largest=matched.largest)
         if abs(coarse) > _COARSE:
             self.offset = self.rows.shift + coarse
             self._begin(Rows(shift=self.offset))
             return True
         before = self.rows
-        if not self._known and self._look(matched.left, matched.right, raw):
+        if not self._known and self._look(matched.left, matched.right, matched):
             again = self.rows != before
             self._tries = self._tries + 1 if again else 0
             if self._tries == TRIES:
@@ -191,11 +204,11 @@ class RowTracker:
         self._information = np.zeros((4, 4))
         self._weighed = np.zeros(4)
 
-    def _look(self, left: UInt8, right: UInt8, disparity: Float32) -> bool:
+    def _look(self, left: UInt8, right: UInt8, matched: DisparityMap) -> bool:
         """Measure one pair by its cells; tells whether they say anything."""
         wanted = _LATER if self._known else _AT_FIRST
-        step = max(1, disparity.size // (wanted * _CELL[0] * _CELL[1]))
-        cells = _cells(left, right, disparity, first=self._frame % step, step=step)
+        step = max(1, left.size // (wanted * _CELL[0] * _CELL[1]))
+        cells = _cells(left, right, matched, first=self._frame % step, step=step)
         self._frame += 1
         if cells is None:
             return False
@@ -238,48 +251,56 @@ def _fit(cells: _Cells) -> tuple[Values, Values]:
     return slopes @ np.linalg.solve(noise + _LEAST, slopes), terms
 
 
-def _cells(
-    left: UInt8, right: UInt8, disparity: Float32, *, first: int, step: int
-) -> _Cells | None:
-    """Ask one row of cells in `step`, from the one `first` on; None where too few answer."""
-    height, across = disparity.shape[0], disparity.shape[1] // _CELL[0]
-    width = across * _CELL[0]
-    top = np.arange(_MARGIN + _CELL[1] * first, height - _CELL[1] - _MARGIN + 1, _CELL[1] * step)
+def _bands(left: UInt8, right: UInt8, matched: DisparityMap, top: Index) -> _Bands | None:
+    """Return the right image at the matches of rows of cells that begin at the rows `top`.
+
+    None where too little is matched.
+    """
     rows = (top[:, None] + np.arange(-_MARGIN, _CELL[1] + _MARGIN)).ravel()
-    known = np.isfinite(disparity[rows, :width])
-    at = np.arange(width, dtype=np.float32) - np.where(
-        known, disparity[rows, :width], np.float32(0)
-    )
-    known &= (at >= 1) & (at < disparity.shape[1] - 2)
+    columns = left.shape[1] // _CELL[0] * _CELL[0]
+    disparity = matched.disparity[rows, :columns] - np.float32(matched.offset)
+    known = np.isfinite(disparity)
+    at = np.arange(columns, dtype=np.float32) - np.where(known, disparity, np.float32(0))
+    known &= (at >= 1) & (at < left.shape[1] - 2)
     if np.count_nonzero(known) < _FEWEST * _CELL[0] * _CELL[1]:
         return None
     one, other = (_smoothed(image[rows]) for image in (left, right))
     line = np.broadcast_to(np.arange(len(rows), dtype=np.float32)[:, None], at.shape)
     other = np.asarray(cv2.remap(other, at, line, cv2.INTER_LINEAR), dtype=np.float32)
-    one = one[:, :width]
+    return _Bands(one=one[:, :columns], other=other, at=at, known=known)
+
+
+def _cells(
+    left: UInt8, right: UInt8, matched: DisparityMap, *, first: int, step: int
+) -> _Cells | None:
+    """Ask one row of cells in `step`, from the one `first` on; None where too few answer."""
+    height, width = left.shape
+    top = np.arange(_MARGIN + _CELL[1] * first, height - _CELL[1] - _MARGIN + 1, _CELL[1] * step)
+    bands = _bands(left, right, matched, top)
+    if bands is None:
+        return None
+    one, other, known = bands.one, bands.other, bands.known
 
     def mean(image: Float32) -> Float32:
         """Return the means over cells of what is known."""
-        bands = (image * known).reshape(len(top), -1, width)[:, _MARGIN:-_MARGIN]
-        size = across, len(top)
-        flat = bands.reshape(-1, width)
+        inner = (image * known).reshape(len(top), -1, one.shape[1])[:, _MARGIN:-_MARGIN]
+        flat, size = inner.reshape(-1, one.shape[1]), (one.shape[1] // _CELL[0], len(top))
         return np.asarray(cv2.resize(flat, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
 
     share = mean(np.ones_like(one))
     gain = (mean(one) + np.float32(1)) / (mean(other) + np.float32(1))
-    gain = gain.repeat(_CELL[0], axis=1).repeat(len(rows) // len(top), axis=0)
+    gain = gain.repeat(_CELL[0], axis=1).repeat(len(one) // len(top), axis=0)
     difference = other * gain - one
     limit = _OUTLIER * max(1.4826 * median(np.abs(difference[known])), 0.5)
     np.clip(difference, -limit, limit, out=difference)
-    u_one, v_one = _gradients(one)
-    u_other, v_other = _gradients(other)
+    (u_one, v_one), (u_other, v_other) = _gradients(one), _gradients(other)
     u_d, v_d = (mean(0.5 * (x + y) * difference) for x, y in ((u_one, u_other), (v_one, v_other)))
     uu = np.maximum(mean(u_one * u_other), np.float32(_ACROSS))
     uv = 0.5 * mean(u_one * v_other + v_one * u_other)
     told = share > _KNOWN
     if np.count_nonzero(told) < _FEWEST:
         return None
-    x = _centred(mean(at)[told] / share[told], disparity.shape[1])
+    x = _centred(mean(bands.at)[told] / share[told], width)
     middle = np.broadcast_to(top[:, None] + 0.5 * (_CELL[1] - 1), told.shape)
     y = _centred(middle[told], height)
     return _Cells(
