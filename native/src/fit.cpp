@@ -22,16 +22,17 @@ struct Proposal {
 
 // Pixels that proposals are scored on, whole groups of them.
 struct Scored {
-    std::vector<float> u, v, d, per_noise;
+    std::vector<float> u, v, d, per_noise, aside;
 
     void clear() {
-        for (auto* each : {&u, &v, &d, &per_noise}) each->clear();
+        for (auto* each : {&u, &v, &d, &per_noise, &aside}) each->clear();
     }
-    void add(double at_u, double at_v, double disparity, double precision) {
+    void add(double at_u, double at_v, double disparity, double precision, double weight) {
         u.push_back(static_cast<float>(at_u));
         v.push_back(static_cast<float>(at_v));
         d.push_back(static_cast<float>(disparity));
         per_noise.push_back(static_cast<float>(precision));
+        aside.push_back(static_cast<float>(weight));
     }
 };
 
@@ -80,8 +81,8 @@ double remoteness(const Plane& plane, const Lens& lens, const Expected& expected
 }
 
 // Takes a regular grid of measured pixels; returns the area of the grid [px].
-double sample(const Disparity& map, const Lens& lens, const Expected& expected, int stride,
-              Scratch& scratch) {
+double sample(const Disparity& map, const Lens& lens, const Expected& expected,
+              const FitTuning& tuning, int stride, Scratch& scratch) {
     const int reach = std::max(4, map.rows / 40), first = stride / 2;
     const auto per_row = static_cast<float>(0.5 / reach);
     const double climb = lens.baseline / expected.height;
@@ -98,7 +99,8 @@ double sample(const Disparity& map, const Lens& lens, const Expected& expected, 
             if (rise > least && rise < most) {
                 scratch.candidates.push_back(static_cast<int>(scratch.pixels.size()));
             }
-            scratch.pixels.push_back({double(u), double(v), d, 0, 0});
+            const double lateral = (u - lens.cx) * (lens.baseline / tuning.half_width) / d;
+            scratch.pixels.push_back({double(u), double(v), d, 1 / (1 + lateral * lateral), 0});
         }
     }
     return static_cast<double>(count) * stride * stride;
@@ -137,7 +139,8 @@ void propose_all(double area, const Lens& lens, const Expected& expected, const 
     }
 }
 
-// Counts the pixels on a plane, less a share of those below it; the floor just ahead counts most.
+// Counts the pixels on a plane, less a share of those below it; the floor just ahead counts most:
+// what lies beyond or beside may be another one.
 double support(const Plane& plane, const Scored& scored, double nearest, double below) {
     const auto a = static_cast<float>(plane.a), b = static_cast<float>(plane.b);
     const auto c = static_cast<float>(plane.c), cost = static_cast<float>(below);
@@ -147,7 +150,7 @@ double support(const Plane& plane, const Scored& scored, double nearest, double 
         for (int k = 0; k < kLanes; ++k) {
             const float floor = a * scored.u[i + k] + b * scored.v[i + k] + c;
             const float residual = (scored.d[i + k] - floor) * scored.per_noise[i + k];
-            const float close = std::min(std::max(floor * closer, 0.0f), 1.0f);
+            const float close = std::min(std::max(floor * closer, 0.0f), 1.0f) * scored.aside[i + k];
             const float here = std::max(1.0f - residual * residual, 0.0f);
             total[k] += close * (here - (residual < -1.5f ? cost : 0.0f));
         }
@@ -162,9 +165,9 @@ void take(const std::vector<Pixel>& pixels, std::size_t step, double bump, Score
     scored.clear();
     for (std::size_t i = 0; i < pixels.size(); i += step) {
         const Pixel& p = pixels[i];
-        scored.add(p.u, p.v, p.d, 1 / (0.6 + bump * p.d));
+        scored.add(p.u, p.v, p.d, 1 / (0.6 + bump * p.d), p.aside);
     }
-    while (scored.d.size() % kLanes) scored.add(0, 0, kNowhere, 1);
+    while (scored.d.size() % kLanes) scored.add(0, 0, kNowhere, 1, 0);
 }
 
 // Returns the plane that most pixels and the prior support; all run on few pixels, the better ones
@@ -304,8 +307,6 @@ void summarise(double nearest, const FitTuning& tuning, const Scratch& scratch, 
 std::optional<Fit> refine(Plane plane, const Lens& lens, const Expected& expected, double bump,
                           const FitTuning& tuning, Scratch& scratch) {
     for (Pixel& p : scratch.pixels) {
-        const double lateral = (p.u - lens.cx) * lens.baseline / p.d / tuning.half_width;
-        p.aside = 1 / (1 + lateral * lateral);
         p.bumps = (0.5 * bump * p.d) * (0.5 * bump * p.d);
     }
     double scale = tuning.anneal;
@@ -337,7 +338,7 @@ std::optional<Fit> fit_plane(const Disparity& map, const Lens& lens, const Expec
     Scratch& scratch = of_this_thread<Scratch>();
     const double each = static_cast<double>(map.rows) * map.columns / tuning.refined;
     const int stride = std::max(1, static_cast<int>(std::sqrt(each)));
-    const double area = sample(map, lens, expected, stride, scratch);
+    const double area = sample(map, lens, expected, tuning, stride, scratch);
     if (scratch.pixels.size() < 50) return std::nullopt;
     propose_all(area, lens, expected, tuning, scratch);
     const Proposal* const found = best(unevenness / expected.height, tuning, scratch);

@@ -112,11 +112,12 @@ class _Refined:
 class _Pixels:
     """A grid of measured pixels.
 
-    The rows of `uv1d`, shape (4, N), are their homogeneous coordinates and disparities; `area` is
-    that of the grid.
+    The rows of `uv1d`, shape (4, N), are their homogeneous coordinates and disparities; `aside`
+    weighs how near the line of sight ahead they lie; `area` is that of the grid.
     """
 
     uv1d: Float64
+    aside: Float64
     floorlike: Bool
     stride: int
     area: float
@@ -259,10 +260,18 @@ def _sample(disparity: Float32, projection: Projection, prior: Prior) -> _Pixels
     uv1d[3] = d.ravel().take(index)
     return _Pixels(
         uv1d=uv1d,
+        aside=_aside(uv1d, projection),
         floorlike=floorlike.ravel().take(index),
         stride=stride,
         area=float(d.size * stride**2),
     )
+
+
+def _aside(uv1d: Float64, projection: Projection) -> Float64:
+    """Weigh pixels by how far aside they lie: the verge of a way is not its floor."""
+    lateral = (uv1d[0] - projection.cx) * (projection.baseline / _HALF_WIDTH) / uv1d[3]
+    weight: Float64 = 1.0 / (1.0 + lateral * lateral)
+    return weight
 
 
 def _prior_planes(projection: Projection, prior: Prior) -> Float64:
@@ -335,9 +344,10 @@ def _scores(pixels: _Pixels, planes: Float64, bump: float, nearest: float, count
     uv1d = pixels.uv1d[:, ::step].astype(np.float32, order="C")
     uv1, d = uv1d[:3], uv1d[3]
     planes = planes.astype(np.float32)
-    # the floor just ahead counts most: what lies beyond may be another one
+    # the floor just ahead counts most: what lies beyond or beside may be another one
     close = planes @ (uv1 * np.float32(1 / nearest))
     np.maximum(np.minimum(close, 1, out=close), 0, out=close)
+    close *= pixels.aside[::step].astype(np.float32)
     tolerance = 1 / (0.6 + bump * d)
     residual = planes @ (uv1 * tolerance)
     np.subtract(d * tolerance, residual, out=residual)
@@ -361,10 +371,9 @@ def _refine(
     floor = plane @ pixels.uv1
     nearest = _nearest(floor, pixels.d, bump)
     # what is farther has no say
-    uv1d = pixels.uv1d.take(np.flatnonzero(floor > _WHOLE * _NEAR * nearest), axis=1)
+    ahead = np.flatnonzero(floor > _WHOLE * _NEAR * nearest)
+    uv1d, aside = pixels.uv1d.take(ahead, axis=1), pixels.aside.take(ahead)
     uv1, d = uv1d[:3], uv1d[3]
-    lateral = (uv1[0] - projection.cx) * (projection.baseline / _HALF_WIDTH) / d
-    aside = 1.0 / (1.0 + lateral * lateral)
     bumps = (0.5 * bump * d) ** 2
     scale, roughest = _ANNEAL, float(bumps.max(initial=0.0))
     for step in range(1, _MOST_STEPS + 1):
