@@ -9,15 +9,16 @@ from bearcub.errors import InputError
 from bearcub.geometry import Attitude, Float64, Projection, camera_attitude, inverse
 from bearcub.ground.fit import Gates, PlaneFit, fit_plane
 from bearcub.ground.prior import Prior, expect
-from bearcub.ground.profile import follow_floor, just_ahead
+from bearcub.ground.profile import Profile, follow_floor, just_ahead
 from bearcub.ground.underfoot import height_underfoot
 from bearcub.messages import DisparityMap, Ground, Tilt
 from bearcub.rig.model import Mount
 
-_OTHER_HEIGHT = 1.0  # sigmas off the mounted height that tell another plane
+_OTHER = 1.0  # sigmas off what mount and tilt reading say that tell another plane
 _PULL = 0.75  # bias of a floor's disparity at the horizon [px], over the square of the noise
 _CAUTION = 1.5  # times the variance that errors show, by which the plane is trusted
 _STEEPER = math.radians(6.0)  # than a way may be, and still measured as ground
+_EDGE = 1.1  # times its level is the nearest that the edge of a step may have: two bins
 _UPSIDE_DOWN = 0.2  # share of the image that a floor at its top must cover, unlike a ceiling
 
 
@@ -148,6 +149,10 @@ class GroundStage:
             pitch=attitude.pitch,
             steepest=self.steepest + _STEEPER,
         )
+        if ramp and profile.step > 0:
+            before = self._before_step(profile, plane, prior, disparity)
+            if before is not None:
+                return self._seen(prior, before, disparity)
         more = np.zeros((3, 3))
         if not ramp:
             plane, profile, more = just_ahead(plane, profile)
@@ -178,6 +183,33 @@ class GroundStage:
             followed_to=profile.end,
         )
 
+    def _before_step(
+        self, profile: Profile, plane: Float64, prior: Prior, disparity: DisparityMap
+    ) -> PlaneFit | None:
+        """Fit the floor before a step up, where most of what is seen lies behind it.
+
+        None where that floor does not lie as mount and tilt reading say.
+        """
+        behind = profile.knots < profile.step
+        higher = float(np.max(1 + (profile.bend / profile.knots)[behind], initial=1.0))
+        foot = higher * _EDGE * profile.step  # its face is as far as its edge, down to its foot
+        d = disparity.disparity
+        rows, columns = d.shape
+        level = plane[1] * np.arange(rows)[:, None] + (plane[0] * np.arange(columns) + plane[2])
+        near = np.where(level > foot, d, np.float32(np.nan))
+        fit = fit_plane(near, self.projection, prior, self.gates, unevenness=self.unevenness)
+        if fit is None or not self._convincing(fit, disparity):
+            return None
+        values, covariance = self._measured(fit)
+        off = np.abs(values - prior.values) / np.sqrt(prior.sigma**2 + np.diag(covariance))
+        return fit if off.max() < _OTHER else None
+
+    def _measured(self, fit: PlaneFit) -> tuple[Float64, Float64]:
+        """Return the (height, pitch, roll) of a fitted plane and their covariance."""
+        values = _values(self.projection, fit.plane)
+        back = inverse(_plane_jacobian(self.projection, values))
+        return values, back @ fit.covariance @ back.T
+
     def _fused(
         self, prior: Prior, fit: PlaneFit, disparity: DisparityMap
     ) -> tuple[Float64, Float64, bool]:
@@ -185,9 +217,7 @@ class GroundStage:
 
         The third value tells that what is seen rises or falls ahead, and the prior is the floor.
         """
-        measured = _values(self.projection, fit.plane)
-        back = inverse(_plane_jacobian(self.projection, measured))
-        covariance = back @ fit.covariance @ back.T
+        measured, covariance = self._measured(fit)
         if prior.tilted and rises_ahead(prior.values, prior.sigma, measured, covariance):
             return prior.values, np.diag(prior.sigma**2), True
         measured[0] = height_underfoot(
@@ -219,7 +249,7 @@ def rises_ahead(expected: Float64, sigma: Float64, measured: Float64, covariance
     True
     """
     apart = np.abs(measured - expected) / np.sqrt(sigma**2 + np.diag(covariance))
-    return bool(apart[0] > _OTHER_HEIGHT and apart[1] > 3.0)
+    return bool(apart[0] > _OTHER and apart[1] > 3.0)
 
 
 def fuse(
