@@ -46,6 +46,7 @@ def case() -> Case:
         light=LIGHT,
         noise="weak",
         seed=1,
+        rig_seed=1,
         tags={"tilt": "good", "clearance": 2.0, "kind": "can", "range": 3.05},
     )
 

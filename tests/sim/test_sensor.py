@@ -66,8 +66,8 @@ def test_unknown_strength_and_wrong_type_are_refused() -> None:
         degrade(GREY.astype(float), "weak", 0)
 
 
-def rows_between(strength: Strength, seed: int) -> Rows:
-    left, right = degrade_pair(SMOOTH, SMOOTH, strength, (seed,))
+def rows_between(strength: Strength, seed: int, rig: tuple[int, ...] | None = None) -> Rows:
+    left, right = degrade_pair(SMOOTH, SMOOTH, strength, (seed,), rig=rig)
     tracker = RowTracker()
     nowhere = np.zeros(SMOOTH.shape, dtype=np.float32)
     tracker.learn(DisparityMap(disparity=nowhere, largest=8.0, left=left, right=right))
@@ -100,6 +100,16 @@ def test_a_pair_is_the_same_with_the_same_seed_and_its_noises_differ() -> None:
     for image, again in zip(one, other, strict=True):
         np.testing.assert_array_equal(image, again)
     assert (one[0] != one[1]).any()
+
+
+def test_pairs_of_one_rig_have_the_same_rows_and_noises_of_their_own() -> None:
+    one, other = (degrade_pair(SMOOTH, SMOOTH, "strong", (k,), rig=(5,)) for k in (1, 2))
+    assert (one[0] != other[0]).any()
+    first, second, others = (
+        rows_between("strong", seed, rig=rig) for seed, rig in ((1, (5,)), (2, (5,)), (2, (6,)))
+    )
+    assert first.beside(second) < 0.05
+    assert first.beside(others) > 0.1
 
 
 def test_motion_softens_a_pair() -> None:

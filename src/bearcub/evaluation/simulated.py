@@ -189,7 +189,9 @@ def _given(case: Case, kept: Kept) -> Given:
 def _key(case: Case, renderer: str) -> str:
     """Return a name that changes with everything that the picture depends on."""
     sensor = SENSORS[case.noise]
-    shown = repr((case.scene, case.rig, case.body, case.light, sensor, case.seed, renderer))
+    shown = repr(
+        (case.scene, case.rig, case.body, case.light, sensor, case.seed, case.rig_seed, renderer)
+    )
     return hashlib.sha256(shown.encode()).hexdigest()[:24]
 
 
@@ -206,7 +208,7 @@ def open_studio(case: Case, renderer: str) -> Studio:
     # MuJoCo is an optional extra and takes a second to import.
     from bearcub.sim.mujoco import Studio as Drawn  # noqa: PLC0415
 
-    studio: Studio = Drawn(case.scene, case.rig, light=case.light, seed=0)
+    studio: Studio = Drawn(case.scene, case.rig, light=case.light, rig_seed=case.rig_seed)
     return studio
 
 
@@ -218,8 +220,9 @@ class _RayStudio:
 
     def shot(self, *, body: Any, noise: Any, seed: int) -> Rendered:
         """Take one pair."""
+        case = self.case
         return render(
-            self.case.scene, self.case.rig, body=body, noise=noise, seed=seed, supersample=2
+            case.scene, case.rig, body=body, noise=noise, seed=seed, rig_seed=case.rig_seed
         )
 
 

@@ -36,7 +36,9 @@ class Case:
     noise : {"weak", "medium", "strong"}
         Strength of the sensor model.
     seed : int
-        Of everything random in the rendering.
+        Of everything random in the rendering of this frame.
+    rig_seed : int
+        Of what the cameras keep through all frames of the world.
     tags : mapping of str to str or float
         What the case counts for in the table: "surface", "light", "noise", "height", "hfov_deg",
         "baseline", "pitch_deg" and "roll_deg" of the body, "tilt" ("exact", "good", "biased",
@@ -54,4 +56,5 @@ class Case:
     light: Light
     noise: Strength
     seed: int
+    rig_seed: int
     tags: Mapping[str, str | float]

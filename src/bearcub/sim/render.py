@@ -101,6 +101,7 @@ def render(
     body: Attitude = LEVEL,
     noise: Strength | None = None,
     seed: int = 0,
+    rig_seed: int | None = None,
     supersample: int = 2,
 ) -> Rendered:
     """Render the stereo pair that `rig` takes of `scene`, with the exact truth.
@@ -113,7 +114,7 @@ def render(
     body : Attitude
         Of the body against gravity [rad]; what a perfect tilt sensor reads.
     noise : {"weak", "medium", "strong"} or None
-        Sensor model applied to both images (`degrade_pair`), with `seed`.
+        Sensor model applied to both images (`degrade_pair`), with `seed` and `rig_seed`.
     supersample : int
         Rays per pixel in each direction.
     """
@@ -121,7 +122,9 @@ def render(
     hits = _exact(scene, view)
     left, right = _pair(scene, view, supersample=supersample)
     if noise is not None:
-        left, right = degrade_pair(left, right, noise, (seed,))
+        left, right = degrade_pair(
+            left, right, noise, (seed,), rig=None if rig_seed is None else (rig_seed,)
+        )
     disparity = (rig.camera.fx * rig.camera.baseline / hits.depth).astype(np.float32)
     for flags in (left.flags, right.flags, disparity.flags, hits.labels.flags):
         flags.writeable = False

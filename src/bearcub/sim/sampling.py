@@ -87,6 +87,7 @@ def cases(name: str, plan: Plan, chosen: Sequence[int]) -> Iterator[Case]:
                 light=world.light,
                 noise=world.drawn["noise"],
                 seed=(plan.seed * 1000 + index) * 1000 + frame,
+                rig_seed=plan.seed * 1000 + index,
                 tags=_tags(world, bodies[frame]),
             )
 

@@ -77,7 +77,12 @@ def degrade(image: UInt8, strength: Strength, seed: int | tuple[int, ...]) -> UI
 
 
 def degrade_pair(
-    left: UInt8, right: UInt8, strength: Strength, seed: tuple[int, ...]
+    left: UInt8,
+    right: UInt8,
+    strength: Strength,
+    seed: tuple[int, ...],
+    *,
+    rig: tuple[int, ...] | None = None,
 ) -> tuple[UInt8, UInt8]:
     """Return a pair as two cameras of that quality on a moving robot would have taken it.
 
@@ -90,7 +95,10 @@ def degrade_pair(
     left, right : ndarray of uint8, shape (H, W) or (H, W, 3)
     strength : {"weak", "medium", "strong"}
     seed : tuple of int
-        The same seed gives the same pair.
+        The same seeds give the same pair.
+    rig : tuple of int, optional
+        Seed of what a rig keeps from pair to pair, its rows; without it every `seed` has a rig of
+        its own.
 
     Raises
     ------
@@ -100,7 +108,8 @@ def degrade_pair(
     sensor = _sensor(strength)
     rng = np.random.default_rng((*seed, 2))
     way = _way(sensor.motion * rng.uniform(), math.pi * rng.uniform())
-    shift, turn = sensor.rows * np.sqrt([0.5, 1.5]) * rng.standard_normal(2)
+    mounted = rng if rig is None else np.random.default_rng((*rig, 3))
+    shift, turn = sensor.rows * np.sqrt([0.5, 1.5]) * mounted.standard_normal(2)
     light = linear(as_image(left, name="left"))
     off = _with_rows_off(linear(as_image(right, name="right")), shift, turn)
     one, other = (

@@ -30,12 +30,15 @@ class Studio(Protocol):
 class _RayStudio:
     scene: Scene
     rig: Rig
+    rig_seed: int
 
     def shot(
         self, *, body: Attitude = LEVEL, noise: Strength | None = None, seed: int = 0
     ) -> Rendered:
         """Cast the rays of one pair."""
-        return render(self.scene, self.rig, body=body, noise=noise, seed=seed)
+        return render(
+            self.scene, self.rig, body=body, noise=noise, seed=seed, rig_seed=self.rig_seed
+        )
 
 
 def has_mujoco() -> bool:
@@ -64,9 +67,10 @@ def open_studio(case: Case, renderer: Renderer) -> Iterator[Studio]:
         # an optional extra that takes a second to import
         from bearcub.sim.mujoco import Studio as Drawn  # noqa: PLC0415
 
-        with Drawn(case.scene, case.rig, light=case.light) as studio:
+        with Drawn(case.scene, case.rig, light=case.light, rig_seed=case.rig_seed) as studio:
             yield studio
         return
     x, y, z = (float(axis) for axis in case.light.towards_sun(case.scene.sun))
     shadows = case.scene.shadows and case.light.shadows
-    yield _RayStudio(scene=replace(case.scene, sun=(x, y, z), shadows=shadows), rig=case.rig)
+    scene = replace(case.scene, sun=(x, y, z), shadows=shadows)
+    yield _RayStudio(scene=scene, rig=case.rig, rig_seed=case.rig_seed)

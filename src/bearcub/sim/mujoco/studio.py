@@ -31,6 +31,8 @@ class Studio:
     light : Light
     seed : int
         Of the places and shapes of standing grass, with each patch's own.
+    rig_seed : int, optional
+        Of what the cameras keep from pair to pair: see `degrade_pair`.
 
     Raises
     ------
@@ -40,8 +42,17 @@ class Studio:
         If MuJoCo or OpenGL is missing; the message names the command that installs it.
     """
 
-    def __init__(self, scene: Scene, rig: Rig, *, light: Light = _CLEAR, seed: int = 0) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        rig: Rig,
+        *,
+        light: Light = _CLEAR,
+        seed: int = 0,
+        rig_seed: int | None = None,
+    ) -> None:
         self._scene, self._rig = scene, rig
+        self._rig_seed = None if rig_seed is None else (rig_seed,)
         eye = View.of(rig, LEVEL).position
         self._stage = Stage(scene, light, rig.camera, eye[None], seed=seed)
 
@@ -62,7 +73,7 @@ class Studio:
         seed : int
         """
         view = View.of(self._rig, body)
-        left, right = photograph(self._stage, view, noise=noise, seed=(seed,))
+        left, right = photograph(self._stage, view, noise=noise, seed=(seed,), rig=self._rig_seed)
         hits = behind_grass(cast(self._scene, view), self._stage.grass_depth(view), view)
         return Rendered(
             left=left,
@@ -107,12 +118,17 @@ def render(
 
 
 def photograph(
-    stage: Stage, view: View, *, noise: Strength | None, seed: tuple[int, ...]
+    stage: Stage,
+    view: View,
+    *,
+    noise: Strength | None,
+    seed: tuple[int, ...],
+    rig: tuple[int, ...] | None,
 ) -> tuple[UInt8, UInt8]:
-    """Return both cameras' pictures, read-only, each with noise of its own."""
+    """Return both cameras' pictures, read-only, each with noise of its own: see `degrade_pair`."""
     left, right = stage.pair(view)
     if noise is not None:
-        left, right = degrade_pair(left, right, noise, seed)
+        left, right = degrade_pair(left, right, noise, seed, rig=rig)
     left.flags.writeable = right.flags.writeable = False
     return left, right
 
