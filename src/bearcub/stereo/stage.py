@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from bearcub.config import Matching
 from bearcub.errors import InputError
 from bearcub.messages import DisparityMap, Float32, UInt8, as_disparity, as_image
 from bearcub.rig.model import Camera, Mount
+from bearcub.stereo.artefacts import block_steps, without_blocks, without_frame
 from bearcub.stereo.checks import check_disparity, check_order
 from bearcub.stereo.choice import matcher_for, refinement
 from bearcub.stereo.gates import gate
@@ -23,6 +24,8 @@ from bearcub.stereo.search import search_range
 
 _SOUND = 0.5  # share of matched pixels that leaves no doubt of a map
 _MANY = 0.6  # share of matched pixels that no swapped pair has
+_COMPRESSED = 1.25  # times the steps between JPEG blocks that texture must have
+_COARSE = 0.25  # step of the contrast that is asked for [grey levels]
 
 
 class StereoStage:
@@ -37,7 +40,8 @@ class StereoStage:
     agreement : float
         Largest share of a patch's texture on which left and right may disagree.
     contrast : float
-        Least RMS gradient that counts as texture [grey levels].
+        Least RMS gradient that counts as texture [grey levels]; more where the images show the
+        blocks of a compression.
     speckle_area : int
         Smallest connected patch that is kept [px].
     sharpen : bool
@@ -63,8 +67,9 @@ class StereoStage:
     ) -> None:
         self._matcher = matcher
         self._doffs = doffs
-        self._gate = _gate(
-            agreement=agreement, contrast=contrast, speckle_area=speckle_area, threads=threads
+        self._contrast = contrast
+        self._gate = cache(
+            partial(_gate, agreement=agreement, speckle_area=speckle_area, threads=threads)
         )
         self._sharpen = refinement(threads=threads) if sharpen else None
         self._align = align
@@ -143,7 +148,11 @@ class StereoStage:
 
     def _believe(self, left: UInt8, right: UInt8, found: Float32) -> DisparityMap:
         """Gate and sharpen what the matcher found in two grey images."""
-        disparity = self._gate(left, right, found)
+        found = without_frame(left, right, found)
+        contrast = _COARSE * math.ceil(_COMPRESSED * block_steps(left) / _COARSE)
+        if contrast > self._contrast:
+            found = without_blocks(left, found, contrast=contrast)
+        disparity = self._gate(contrast=max(self._contrast, contrast))(left, right, found)
         if not self._order_settled:
             self._order_settled = self._check_order(left, right, disparity)
         if self._sharpen is not None:
@@ -199,7 +208,7 @@ def from_disparity(
 
 
 def _gate(
-    *, agreement: float, contrast: float, speckle_area: int, threads: int
+    *, contrast: float, agreement: float, speckle_area: int, threads: int
 ) -> Callable[[UInt8, UInt8, Float32], Float32]:
     """Return the fastest form of the gate that is there; all do the same."""
     if not COMPILED:
