@@ -49,6 +49,7 @@ _VISIBLE = 0.8  # share of the visible depth from which on the bottom may be out
 _IMPOSSIBLE = 1.6  # times the visible depth, which its own errors allow for
 _RESUMED = 0.4  # of the tolerance: floor that lies lower still belongs to the drop
 _BORDERED = 0.6  # share of its columns in which floor must border it
+_LIP = 1.5  # times what a pixel of floor may lie off that a drop falls at its lip
 _AT_ONCE = 0.6  # of its fall three windows on that a drop has in the first behind its lip
 _LONGEST = 4.0  # ground that lies lower for longer is no pit but another floor [m]
 _DEEPEST = 0.1  # quantile of height that is called the bottom
@@ -334,7 +335,7 @@ def _stands_out(region: Region) -> bool:
 
 def _falls_at_once(sorting: Sorting, u: Index, bottom: Index) -> bool:
     """Tell a drop from ground that only slopes away: the disparity falls off at the lip."""
-    at_lip = _fall(sorting, u, bottom, 2) > 2 * sorting.allowed[bottom, u]
+    at_lip = _fall(sorting, u, bottom, 2) > _LIP * sorting.allowed[bottom, u]
     # lower ground stays as much lower, a descent goes on falling
     behind = _fall(sorting, u, bottom, EDGE_ROWS)
     beyond = _fall(sorting, u, bottom, 3 * EDGE_ROWS)
