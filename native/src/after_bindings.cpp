@@ -10,7 +10,7 @@
 
 #include <array>
 
-#include "cloud.h"
+#include "face.h"
 #include "fit.h"
 #include "grid.h"
 #include "levels.h"
@@ -171,24 +171,41 @@ Image image_of(const Grey& grey) {
     return {grey.data(), static_cast<std::ptrdiff_t>(grey.stride(0))};
 }
 
+Labels labels_of(const Grid<const uint16_t>& labels, int step, int number) {
+    return {labels.data(), static_cast<int>(labels.shape(1)), step, number};
+}
+
 nb::tuple pixels(const Grid<const uint16_t>& labels, int step, int number,
-                 const std::array<int, 4>& window, const Map& map,
-                 const std::array<float, 3>& plane, const Row<const float>& bend,
-                 const Row<const float>& tolerance, float nearest, float farthest,
-                 const std::optional<Grey>& left, const std::optional<Grey>& right, float offset,
-                 const TrimTuning& tuning) {
-    const auto& [first_row, first_column, last_row, last_column] = window;
-    const Labels thing{labels.data(), static_cast<int>(labels.shape(1)), step,      number,
-                       first_row,     first_column,                      last_row, last_column};
-    const Surface surface = surface_of(plane, bend, tolerance);
+                 const Row<const int64_t>& index, const Map& map, const std::array<float, 3>& plane,
+                 const Row<const float>& bend, const Row<const float>& tolerance, double nearest,
+                 double farthest, double within, const std::optional<Grey>& left,
+                 const std::optional<Grey>& right, float offset, const TrimTuning& tuning) {
+    const Sampled sampled{index.data(), static_cast<int>(index.shape(0)), nearest, farthest, within};
     Pair pair{};
     if (left && right) {
         pair = {image_of(*left), image_of(*right), static_cast<int>(right->shape(1)), offset};
     }
-    Pixels found = all_pixels(thing, disparity_of(map), surface, nearest, farthest,
-                              left && right ? &pair : nullptr, tuning);
+    Pixels found = all_pixels(labels_of(labels, step, number), sampled, disparity_of(map),
+                              surface_of(plane, bend, tolerance), left && right ? &pair : nullptr,
+                              tuning);
     return nb::make_tuple(owned(std::move(found.u)), owned(std::move(found.v)));
 }
+
+void nearer(const Grid<const uint16_t>& labels, int step, int number, const Map& map,
+            const Row<const int64_t>& u, const Row<const int64_t>& v,
+            const std::vector<std::array<int, 2>>& beside, const Row<bool>& found) {
+    std::vector<Beside> places;
+    for (const auto& [right, down] : beside) places.push_back({right, down});
+    find_nearer(labels_of(labels, step, number), disparity_of(map), u.data(), v.data(),
+                static_cast<int>(u.shape(0)), places, found.data());
+}
+
+// A cloud, and how to find its face.
+struct Thing : Cloud {
+    FaceTuning tuning;
+
+    Thing(const Cloud& cloud, const FaceTuning& tuning) : Cloud(cloud), tuning(tuning) {}
+};
 
 std::vector<std::tuple<int, int, float, float>> feet(
     const Grey& left, const Grey& right, const std::array<float, 3>& plane,
@@ -275,39 +292,39 @@ void bind_after(nb::module_& m) {
     m.def("to_cells", &cells);
     m.def("find_ends", &ends);
     m.def("mark_peaks", &mark);
-    nb::class_<Cloud>(m, "Cloud")
+    nb::class_<FaceTuning>(m, "FaceTuning")
+        .def(nb::init<int, double, double, int, double, double>(), nb::kw_only(), "near"_a, "leans"_a,
+             "sharpest"_a, "straight"_a, "on_line"_a, "most"_a);
+    nb::class_<Thing>(m, "Cloud")
         .def("__init__",
-             [](Cloud* self, const std::array<double, 5>& lens,
+             [](Thing* self, const std::array<double, 5>& lens,
                 const std::array<Three, 3>& rotation, const Three& origin,
                 const Row<const double>& u, const Row<const double>& v,
-                const Row<const float>& disparity) {
-                 new (self) Cloud(view_of(lens, rotation, origin), u.data(), v.data(),
-                                  disparity.data(), static_cast<int>(u.shape(0)));
+                const Row<const float>& disparity, const FaceTuning& tuning) {
+                 new (self) Thing(Cloud(view_of(lens, rotation, origin), u.data(), v.data(),
+                                        disparity.data(), static_cast<int>(u.shape(0))),
+                                  tuning);
              })
         .def("sides",
-             [](const Cloud& cloud, double step, double share) {
+             [](const Thing& cloud, double step, double share) {
                  const Cloud::Ends ends = cloud.sides(step, share);
                  return std::tuple(ends.low, ends.high);
              })
         .def("heights",
-             [](const Cloud& cloud, double step, double share) {
+             [](const Thing& cloud, double step, double share) {
                  const Cloud::Ends ends = cloud.heights(step, share);
                  return std::tuple(ends.low, ends.high);
              })
-        .def("directions",
-             [](const Cloud& cloud, double right, double left, int count, int near) {
-                 std::array<std::vector<double>, 3> columns;
-                 for (const auto& each : cloud.directions(right, left, count, near)) {
-                     columns[0].push_back(each.count);
-                     columns[1].push_back(each.near);
-                     columns[2].push_back(each.middle);
-                 }
-                 return columns;
+        .def("face",
+             [](const Thing& thing, double right, double left, double pixel, double blur) {
+                 const Face face = face_of(thing, right, left, pixel, blur, thing.tuning);
+                 return std::tuple(face.range_right, face.range_left, face.width, face.distance,
+                                   face.nearest, face.count);
              })
         .def("range", &Cloud::range)
         .def("height_before", &Cloud::height_before)
         .def("squares", &Cloud::squares)
-        .def("spread", [](const Cloud& cloud) {
+        .def("spread", [](const Thing& cloud) {
             const Cloud::Spread sums = cloud.spread();
             return std::tuple(sums.range, sums.together, sums.height);
         });
@@ -315,15 +332,22 @@ void bind_after(nb::module_& m) {
     nb::class_<TrimTuning>(m, "TrimTuning")
         .def(nb::init<int, int, float, int, int, float>(), nb::kw_only(), "narrow_columns"_a,
              "narrow_rows"_a, "fringe"_a, "widest_fringe"_a, "edge"_a, "grows"_a);
-    m.def("all_pixels", &pixels, "labels"_a, "step"_a, "number"_a, "window"_a, "whole"_a, "plane"_a,
-          "bend"_a, "tolerance"_a, "nearest"_a, "farthest"_a, "left"_a.none(), "right"_a.none(),
-          "offset"_a, "tuning"_a);
+    m.def("all_pixels", &pixels, "labels"_a, "step"_a, "number"_a, "index"_a, "whole"_a, "plane"_a,
+          "bend"_a, "tolerance"_a, "nearest"_a, "farthest"_a, "within"_a, "left"_a.none(),
+          "right"_a.none(), "offset"_a, "tuning"_a);
+    m.def("find_nearer", &nearer);
     nb::class_<FeetTuning>(m, "FeetTuning")
         .def(nb::init<float, float, float, float, int, int>(), nb::kw_only(), "sure"_a,
              "least_share"_a, "most_share"_a, "noise"_a, "around_columns"_a, "around_rows"_a);
     m.def("find_feet", &feet, "left"_a, "right"_a, "plane"_a, "bend"_a, "offset"_a, "strip"_a,
           "bands"_a, "tuning"_a, "level"_a = nb::none());
     m.def("look_for_parallax", &look);
+    m.def("let_go",
+          [](const Row<const bool>& overhead, const Row<const int64_t>& index, int columns,
+             double share, const Row<uint16_t>& number) {
+              let_go(overhead.data(), index.data(), static_cast<int>(number.shape(0)), columns, share,
+                     number.data());
+          });
     m.def("count_heights",
           [](const Row<const uint16_t>& number, const Row<const int32_t>& column,
              const Grid<int32_t>& heights) {

@@ -88,8 +88,7 @@ Cloud::Ends Cloud::ends(const std::vector<double>& values, double step, double s
             start + (last + std::min(1.0, counts[last] / typical)) * step};
 }
 
-std::vector<Cloud::Direction> Cloud::directions(double right, double left, int count,
-                                                int near) const {
+std::vector<Direction> Cloud::directions(double right, double left, int count, int near) const {
     const double per_width = count / std::max(left - right, 1e-9);
     std::vector<int> group(range_.size()), ends(count + 1, 0);
     for (std::size_t i = 0; i < range_.size(); ++i) {

@@ -14,6 +14,12 @@ struct View {
     double rotation[3][3], origin[3];
 };
 
+// Ranges in directions of equal width: how many there are, those of two ranks; NaN where none is.
+struct Direction {
+    int count;
+    double near, middle;
+};
+
 class Cloud {
 public:
     // Of pixels (u, v) with these disparities.
@@ -26,11 +32,6 @@ public:
     Ends sides(double step, double share) const { return ends(bearing_, step, share); }
     Ends heights(double step, double share) const { return ends(height_, step, share); }
 
-    // Ranges in directions of equal width: how many there are, those of two ranks; NaN where none is.
-    struct Direction {
-        int count;
-        double near, middle;
-    };
     std::vector<Direction> directions(double right, double left, int count, int near) const;
 
     double range(double share) const;  // a quantile

@@ -1,5 +1,7 @@
 #include "outline.h"
 
+#include <limits>
+
 namespace bearcub {
 namespace {
 
@@ -15,29 +17,58 @@ struct Window {
     std::size_t size() const { return static_cast<std::size_t>(rows) * columns; }
 };
 
+// Where a thing is on the grid, and between which disparities.
+struct Bounds {
+    int top, left, bottom, right;
+    float nearest, farthest;
+};
+
+// What lies between the sampled columns and rows at its side may be of the thing beside it.
+Bounds bounds_of(const Labels& labels, const Sampled& sampled, const Disparity& map) {
+    const auto row_of = [&](int i) { return static_cast<int>(sampled.index[i] / labels.columns); };
+    int left = labels.columns, right = 0;
+    float least = std::numeric_limits<float>::infinity(), most = 0;
+    for (int i = 0; i < sampled.count; ++i) {
+        const int row = row_of(i);
+        const int column =
+            static_cast<int>(sampled.index[i] - static_cast<int64_t>(row) * labels.columns);
+        const float d = map.at(labels.step * row, labels.step * column);
+        left = std::min(left, column), right = std::max(right, column + 1);
+        least = std::min(least, d), most = std::max(most, d);
+    }
+    const double nearest = std::min(sampled.nearest, most * sampled.within);
+    const double farthest = std::max(sampled.farthest, least / sampled.within);
+    return {row_of(0),
+            left,
+            row_of(sampled.count - 1) + 1,
+            right,
+            static_cast<float>(nearest),
+            static_cast<float>(farthest)};
+}
+
 // Marks the pixels of a window that are the thing's: those that stand at or above and left of one
 // that was sampled.
-void mark(const Labels& labels, const Disparity& map, const Surface& surface, float nearest,
-          float farthest, const Window& window, uint8_t* mask) {
+void mark(const Labels& labels, const Bounds& bounds, const Disparity& map, const Surface& surface,
+          const Window& window, uint8_t* mask) {
     const auto own = [&](int row, int column) {
-        return row < labels.bottom && column < labels.right &&
+        return row < bounds.bottom && column < bounds.right &&
                labels.data[static_cast<std::ptrdiff_t>(row) * labels.columns + column] ==
                    labels.number;
     };
     const int step = labels.step;
     const bool more = step > 1;
     for (int i = 0; i < window.rows; ++i) {
-        const int row = labels.top + i / step;
+        const int row = bounds.top + i / step;
         uint8_t* const to = mask + static_cast<std::size_t>(i) * window.columns;
         if (i % step) {
             std::copy(to - window.columns, to, to);
             continue;
         }
-        for (int column = labels.left; column < labels.right; ++column) {
+        for (int column = bounds.left; column < bounds.right; ++column) {
             const bool is_own =
                 own(row, column) || (more && (own(row + 1, column) || own(row, column + 1) ||
                                               own(row + 1, column + 1)));
-            const int first = (column - labels.left) * step;
+            const int first = (column - bounds.left) * step;
             std::fill(to + first, to + std::min(first + step, window.columns), is_own);
         }
     }
@@ -51,8 +82,8 @@ void mark(const Labels& labels, const Disparity& map, const Surface& surface, fl
             const float level = surface.level(u, of_row);
             const int entry = surface.entry(level);
             const float d = map.at(v, u);
-            to[j] = d - (level + surface.bend[entry]) > surface.tolerance[entry] && d <= nearest &&
-                    d >= farthest;
+            to[j] = d - (level + surface.bend[entry]) > surface.tolerance[entry] &&
+                    d <= bounds.nearest && d >= bounds.farthest;
         }
     }
 }
@@ -185,14 +216,15 @@ void trim(const Window& window, int widest, Scratch& scratch) {
 
 }  // namespace
 
-Pixels all_pixels(const Labels& labels, const Disparity& map, const Surface& surface, float nearest,
-                  float farthest, const Pair* pair, const TrimTuning& tuning) {
+Pixels all_pixels(const Labels& labels, const Sampled& sampled, const Disparity& map,
+                  const Surface& surface, const Pair* pair, const TrimTuning& tuning) {
     Scratch& scratch = of_this_thread<Scratch>();
-    const int top = labels.top * labels.step, left = labels.left * labels.step;
-    const Window window{top, left, std::min(map.rows, labels.bottom * labels.step) - top,
-                        std::min(map.columns, labels.right * labels.step) - left};
+    const Bounds bounds = bounds_of(labels, sampled, map);
+    const int top = bounds.top * labels.step, left = bounds.left * labels.step;
+    const Window window{top, left, std::min(map.rows, bounds.bottom * labels.step) - top,
+                        std::min(map.columns, bounds.right * labels.step) - left};
     scratch.mask.resize(window.size());
-    mark(labels, map, surface, nearest, farthest, window, scratch.mask.data());
+    mark(labels, bounds, map, surface, window, scratch.mask.data());
     if (pair != nullptr) {
         mark_beside(*pair, map, window, tuning, scratch);
         trim(window, tuning.widest_fringe, scratch);
@@ -209,6 +241,22 @@ Pixels all_pixels(const Labels& labels, const Disparity& map, const Surface& sur
         }
     }
     return found;
+}
+
+void find_nearer(const Labels& labels, const Disparity& map, const int64_t* u, const int64_t* v,
+                 int count, const std::vector<Beside>& places, bool* found) {
+    for (int i = 0; i < count; ++i) {
+        const int column = static_cast<int>(u[i]), row = static_cast<int>(v[i]);
+        const float own = map.at(row, column);
+        found[i] = false;
+        for (const auto& [right, down] : places) {
+            const int x = std::min(std::max(column + right, 0), map.columns - 1);
+            const int y = std::min(row + down, map.rows - 1);
+            const int other = labels.data[static_cast<std::ptrdiff_t>(y / labels.step) *
+                                              labels.columns + x / labels.step];
+            found[i] |= other != 0 && other != labels.number && map.at(y, x) > own;
+        }
+    }
 }
 
 }  // namespace bearcub

@@ -10,12 +10,19 @@
 
 namespace bearcub {
 
-// A thing on the grid of every `step`-th pixel, and the window of that grid that holds it.
+// A thing on the grid of every `step`-th pixel.
 struct Labels {
     const uint16_t* data;
     int columns, step;
     int number;
-    int top, left, bottom, right;
+};
+
+// Pixels of that grid, ascending, which tell where all of it is; the disparities that are looked at,
+// and how many times the sampled ones the others may be.
+struct Sampled {
+    const int64_t* index;
+    int count;
+    double nearest, farthest, within;
 };
 
 // The pair it was matched from, grey; `offset` is in the disparities, not in the images.
@@ -38,7 +45,17 @@ struct Pixels {
 };
 
 // `pair` may be none: nothing is trimmed then.
-Pixels all_pixels(const Labels&, const Disparity&, const Surface&, float nearest, float farthest,
-                  const Pair* pair, const TrimTuning&);
+Pixels all_pixels(const Labels&, const Sampled&, const Disparity&, const Surface&, const Pair* pair,
+                  const TrimTuning&);
+
+// A place that is looked at beside a pixel.
+struct Beside {
+    int right, down;
+};
+
+// src/bearcub/obstacles/surroundings.py, _nearer_thing: which of a thing's pixels have one of another
+// thing that is nearer at one of these places.
+void find_nearer(const Labels&, const Disparity&, const int64_t* u, const int64_t* v, int count,
+                 const std::vector<Beside>&, bool* found);
 
 }  // namespace bearcub

@@ -119,6 +119,32 @@ void number_pixels(const Filled& filled, Which which, const uint16_t* peaks, int
     for (int i = 0; i < filled.count; ++i) number[i] = widened[filled.cell[i]];
 }
 
+void let_go(const bool* overhead, const int64_t* index, int count, int columns, double share,
+            uint16_t* number) {
+    struct Rows {
+        int64_t lowest = -1, top = -1, foot = -1;  // of what is overhead; of the others
+    };
+    std::vector<Rows> things;
+    for (int i = 0; i < count; ++i) {
+        if (number[i] >= things.size()) things.resize(number[i] + 1);
+        Rows& rows = things[number[i]];
+        const int64_t row = index[i] / columns;
+        if (overhead[i]) {
+            rows.lowest = row;
+            continue;
+        }
+        if (rows.top < 0) rows.top = row;
+        rows.foot = row;
+    }
+    const auto far_above = [&](const Rows& rows) {
+        return rows.lowest >= 0 && rows.top >= 0 &&
+               rows.top - rows.lowest > share * (rows.foot - rows.top);
+    };
+    for (int i = 0; i < count; ++i) {
+        if (overhead[i] && number[i] && far_above(things[number[i]])) number[i] = 0;
+    }
+}
+
 void count_heights(const uint16_t* number, const int32_t* column, int count, int columns,
                    int32_t* heights) {
     for (int i = 0; i < count; ++i) {

@@ -27,6 +27,11 @@ bool mark_peaks(const Filled&, Which, int least, const uint16_t* number, const f
 void number_pixels(const Filled&, Which, const uint16_t* peaks, int foot_levels, int foot_columns,
                    int numbered, uint16_t* number);
 
+// Takes the number off a thing's overhead pixels where the lowest is farther above the others' top
+// than a share of their height; `index` is a pixel's place in a grid of so many columns.
+void let_go(const bool* overhead, const int64_t* index, int count, int columns, double share,
+            uint16_t* number);
+
 // Adds up how many pixels of each thing stand in each column, [number - 1][column].
 void count_heights(const uint16_t* number, const int32_t* column, int count, int columns,
                    int32_t* heights);

@@ -21,6 +21,7 @@ from bearcub.obstacles.layers import Painter
 from bearcub.obstacles.parallax import evidence, feet
 from bearcub.obstacles.segment import Segments, segment
 from bearcub.obstacles.sorting import Sorter, Sorting
+from bearcub.obstacles.surroundings import hidden_below, mixed
 from bearcub.obstacles.trim import Trimmer
 from bearcub.obstacles.warp import window_between
 from bearcub.stereo.native import core, levels, reason_missing
@@ -119,10 +120,10 @@ def test_things_are_segmented_to_the_same_bits(sorter: Sorter, *, step: int, lea
     count=st.integers(1, 400),
     width=st.floats(0.0, 60.0),
     share=st.sampled_from([0.15, 0.35, 0.9]),
-    groups=st.integers(1, 13),
+    blur=st.floats(0.0, 0.1),
 )
 def test_points_are_measured_alike(
-    *, seed: int, count: int, width: float, share: float, groups: int
+    *, seed: int, count: int, width: float, share: float, blur: float
 ) -> None:
     random = np.random.default_rng(seed)
     u, v = random.uniform(0, width, count) + 30, random.uniform(0, 100, count) + 50
@@ -135,7 +136,7 @@ def test_points_are_measured_alike(
 
     same("sides", 1.0 / LENS.fx, share)
     same("heights", 0.03, share)
-    same("directions", -0.2, 0.7, groups, 10)
+    same("face", *first.sides(1.0 / LENS.fx, share), 1.0 / LENS.fx, blur)
     same("range", share)
     same("height_before", 2.9, share)
     same("squares")
@@ -162,6 +163,20 @@ def test_points_behind_and_beside_have_the_bearings_of_the_arc_tangent() -> None
             np.testing.assert_allclose(
                 first.sides(0.01, 0.5), second.sides(0.01, 0.5), rtol=0, atol=1e-11
             )
+
+
+@settings(max_examples=30, deadline=None)
+@given(sorter=sorters, step=st.sampled_from([1, 2, 3]))
+def test_what_is_nearer_beside_a_thing_is_told_alike(sorter: Sorter, *, step: int) -> None:
+    sorting = sorter.part(np.s_[::step], np.s_[::step])
+    segments = segments_of(sorting, step=step, lean=0.05, compiled=True)
+    for member in segments.members(sorter, least=5):
+        for tell in (mixed, hidden_below):
+            first, second = (
+                tell(sorter.disparity, segments, member, compiled=compiled)
+                for compiled in (True, False)
+            )
+            assert first == second
 
 
 @settings(max_examples=30, deadline=None)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from bearcub.geometry import Float64, Projection
 from bearcub.messages import Float32
+from bearcub.obstacles.face import Face, face_of, face_tuning
 from bearcub.robust import quantile, ranked_by_group
 from bearcub.stereo.native import COMPILED, core
 
@@ -71,13 +72,17 @@ class Cloud(Protocol):
     def heights(self, step: float, share: float) -> tuple[float, float]:
         """Return the heights between which they lie [m]; see `sides`."""
 
-    def directions(
-        self, right: float, left: float, count: int, near: int
-    ) -> tuple[list[float], list[float], list[float]]:
-        """Return the pixels of each of `count` directions between two bearings, and ranges [m].
+    def face(self, right: float, left: float, pixel: float, blur: float) -> tuple[float, ...]:
+        """Return the numbers of the `Face` between two bearings [rad].
 
-        The first range is that of the nearest part, one in `near` of them; the second that of the
-        middle one. NaN where there are no pixels.
+        Parameters
+        ----------
+        right, left : float
+            The bearings.
+        pixel : float
+            [rad].
+        blur : float
+            1-sigma of 1 / range that noise makes [1/m].
         """
 
     def range(self, share: float) -> float:
@@ -112,7 +117,7 @@ def cloud_of(
         By the native core, ``native/src/cloud.cpp``; else by NumPy. Bearings agree to 2e-12 rad.
     """
     if compiled:
-        made: Cloud = core.Cloud(*view.numbers, u, v, disparity)
+        made: Cloud = core.Cloud(*view.numbers, u, v, disparity, face_tuning())
         return made
     return _InNumpy(view, u, v, disparity)
 
@@ -130,7 +135,10 @@ class _InNumpy:
     def heights(self, step: float, share: float) -> tuple[float, float]:
         return _ends(self._height, step, share)
 
-    def directions(
+    def face(self, right: float, left: float, pixel: float, blur: float) -> Face:
+        return face_of(self._directions, right, left, pixel=pixel, blur=blur)
+
+    def _directions(
         self, right: float, left: float, count: int, near: int
     ) -> tuple[list[float], list[float], list[float]]:
         position = (self._bearing - right) / max(left - right, 1e-9) * count

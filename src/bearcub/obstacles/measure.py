@@ -3,13 +3,11 @@
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from bearcub.geometry import Float64
 from bearcub.ground.surface import Surface
 from bearcub.messages import Float32
 from bearcub.obstacles.cloud import Cloud, View, cloud_of
-from bearcub.robust import line
+from bearcub.obstacles.face import Face
 from bearcub.stereo.native import COMPILED
 
 _SIDE = 0.15  # share of a typical column's pixels at which a thing ends to the sides
@@ -21,12 +19,6 @@ _LONG = 1.5  # farthest over nearest range of what lies along the way
 _EXPLAINED_LONG = 0.25  # the same share where range itself is noisy
 BEFORE = 1.06  # times a thing's disparity is where its ground begins, before what is its foot
 STEP = 0.15  # what rises over a longer way is sloping ground [m]
-_NEAREST = 10  # one in so many pixels of a direction is nearer than its face
-_LEANS = 2.5  # sigmas of the floor's noise from the nearest tenth to the median of an upright face
-_SHARPEST = 0.03  # share of its range that an edge may be nearer than its direction's mean
-_STRAIGHT = 5  # directions of a thing that tell whether it is straight, at least
-_ON_LINE = 0.02  # how far off a line a direction may be, share of its range
-_MOST = 0.6  # share of the directions that a line must have
 _EDGE = 1.0  # 1-sigma of where a side is [px]
 _UPPER = 1.5  # ... of where the top is
 _CARRIED = 0.75  # ... as a share of how far the matcher carries things
@@ -125,24 +117,27 @@ def measure(
     """
     weight = pixels / len(u)
     cloud = cloud_of(view, u, v, disparity, compiled=compiled)
-    pixel = 1.0 / view.projection.fx
-    face = _face(cloud, view, weight=weight, stride=stride, noise=noise, bias=bias, fringe=fringe)
-    distance, width, spread = face.distance, face.width, face.spread
-    sigma_distance = distance * spread / face.disparity
+    pixel, focal = 1.0 / view.projection.fx, view.projection.fx * view.projection.baseline
+    right, left, narrow = _sides(cloud, stride * pixel, pixel=pixel, fringe=fringe)
+    face = Face(*cloud.face(right, left, pixel, noise / focal))
+    distance, width = face.distance, 0.0 if narrow else face.width
+    level = focal / max(distance, 1e-6)  # the disparity of its nearest point
+    spread = math.sqrt(noise**2 * _BLOCK / max(weight * face.pixels, _BLOCK) + bias**2)
+    sigma_distance = distance * spread / level
     edge = math.hypot(_EDGE, 0.5 * fringe) * pixel
     row = cloud.range(0.5) * pixel
     low, high = _heights(cloud, row, stride=stride, fattening=fattening)
-    lift = surface.lift(BEFORE * face.disparity)
+    lift = surface.lift(BEFORE * level)
     risen = cloud.height_before(distance + STEP + 3 * sigma_distance, 0.9)
     risen = low if math.isnan(risen) else risen
-    drop = abs(view.origin[2] - high) / face.disparity  # of height, by a pixel of disparity
+    drop = abs(view.origin[2] - high) / level  # of height, by a pixel of disparity
     return Extent(
         x=distance * math.cos(face.nearest),
         y=distance * math.sin(face.nearest),
         distance=distance,
-        bearing=0.5 * (face.right + face.left),
-        right=face.right,
-        left=face.left,
+        bearing=0.5 * (right + left),
+        right=right,
+        left=left,
         range_right=face.range_right,
         range_left=face.range_left,
         width=width,
@@ -156,7 +151,7 @@ def measure(
         sigma_distance=sigma_distance,
         sigma_bearing=_MIDDLE * edge,
         sigma_width=math.hypot(
-            math.sqrt(2) * edge * distance, width * spread / face.disparity, _BLURRED * width
+            math.sqrt(2) * edge * distance, width * spread / level, _BLURRED * width
         ),
         # a visible top face is as thick as its noise, and ends higher for it
         sigma_top=math.hypot(
@@ -165,57 +160,6 @@ def measure(
             max(_UPPER, _CARRIED * fattening) * row,
             _TOP_FACE * drop * noise,
         ),
-    )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Face:
-    """A thing as seen from above, see `Extent`.
-
-    `nearest` is the bearing of its nearest point, `disparity` the one there, `spread` its 1-sigma
-    [px].
-    """
-
-    right: float
-    left: float
-    range_right: float
-    range_left: float
-    width: float
-    distance: float
-    nearest: float
-    disparity: float
-    spread: float
-
-
-def _face(
-    cloud: Cloud,
-    view: View,
-    *,
-    weight: float,
-    stride: int,
-    noise: float,
-    bias: float,
-    fringe: float,
-) -> _Face:
-    """Return where a thing faces the camera; each of its pixels here stands for `weight`."""
-    pixel = 1.0 / view.projection.fx
-    right, left, narrow = _sides(cloud, stride * pixel, pixel=pixel, fringe=fringe)
-    focal = view.projection.fx * view.projection.baseline
-    ranges, bearings, counts = _near_face(cloud, right, left, pixel, noise / focal)
-    nearest = ranges.index(min(ranges))
-    distance = ranges[nearest] - _to_the_point(ranges, nearest)
-    range_right, range_left = _ends_of_face(ranges, bearings, right, left)
-    together = max(weight * counts[nearest], _BLOCK)
-    return _Face(
-        right=right,
-        left=left,
-        range_right=range_right,
-        range_left=range_left,
-        width=0.0 if narrow else _chord(ranges, left - right),
-        distance=distance,
-        nearest=bearings[nearest],
-        disparity=focal / max(distance, 1e-6),
-        spread=math.sqrt(noise**2 * _BLOCK / together + bias**2),
     )
 
 
@@ -273,114 +217,8 @@ def _climb(cloud: Cloud) -> float:
         return math.nan
     slope = together / spread
     explained = slope * together / max(height, 1e-12)
-    long = cloud.range(0.95) > _LONG * cloud.range(0.05)
-    if not 0.0 < slope < _STEEPEST or explained <= (_EXPLAINED_LONG if long else _EXPLAINED):
+    if not 0.0 < slope < _STEEPEST or explained <= _EXPLAINED_LONG:
+        return math.nan
+    if explained <= _EXPLAINED and cloud.range(0.95) <= _LONG * cloud.range(0.05):
         return math.nan
     return slope / explained  # noise is in the range, which the height is free of
-
-
-def _near_face(
-    cloud: Cloud, right: float, left: float, pixel: float, blur: float
-) -> tuple[list[float], list[float], list[float]]:
-    """Return the range [m] of the thing in up to 13 directions, the directions and pixel counts.
-
-    Of an upright face that is the median range of its pixels, of one that leans back the range of
-    its foot: no more than noise allows beyond the nearest tenth. `blur` is the 1-sigma of 1 / range
-    [1/m] that noise makes.
-    """
-    columns = max(1.0, (left - right) / pixel)
-    groups = min(max(int(columns // 4), 1), 13)
-    # of so few numbers lists are several times faster than arrays
-    each = list(zip(*cloud.directions(right, left, groups, _NEAREST), strict=True))
-    least = 0.25 * _middle([count for count, _, _ in each])
-    used = [(k, *numbers) for k, numbers in enumerate(each) if numbers[0] > least]
-    ranges = [min(middle, near + _LEANS * blur * near * near) for _, _, near, middle in used]
-    step = (left - right) / groups
-    directions = [right + (k + 0.5) * step for k, *_ in used]
-    # where noise reaches farther than the next direction, wrong matches make dents
-    if blur * _middle(ranges) > step:
-        ranges = _without_dents(ranges)
-    inner = [
-        0.25 * a + 0.5 * b + 0.25 * c
-        for a, b, c in zip(ranges, ranges[1:], ranges[2:], strict=False)
-    ]
-    return [ranges[0], *inner, *ranges[1:][-1:]], directions, [count for _, count, *_ in used]
-
-
-def _middle(values: list[float]) -> float:
-    """Return the middle one of `values`, the upper of two."""
-    return sorted(values)[len(values) // 2]
-
-
-def _without_dents(ranges: list[float]) -> list[float]:
-    """Return the running median of five, of three at the ends, where ranges are much nearer."""
-    last = len(ranges) - 1
-    if last < 4:
-        return ranges
-    around = [
-        _middle(ranges[max(0, k - 2) : k + 3])
-        if 2 <= k <= last - 2
-        else _middle(ranges[:3] if k < 2 else ranges[last - 2 :])
-        for k in range(len(ranges))
-    ]
-    return [b if a < (1 - _SHARPEST) * b else a for a, b in zip(ranges, around, strict=True)]
-
-
-def _to_the_point(ranges: list[float], nearest: int) -> float:
-    """Return how much nearer than its direction's smoothed range an edge turned towards us is [m].
-
-    About an edge the range grows by a step s a direction on both sides. The mean over the direction
-    is s/4 beyond the edge, the smoothing makes it 5/8 s; at a thing's end the mean is s/2 beyond.
-    """
-    last = len(ranges) - 1
-    if 2 <= nearest <= last - 2:
-        outer, inner = (
-            ranges[nearest - 2] + ranges[nearest + 2],
-            ranges[nearest - 1] + ranges[nearest + 1],
-        )
-        step, share = 0.5 * (outer - inner), 0.625
-    elif last >= 2 and nearest in (0, last):
-        step, share = ranges[1 if nearest == 0 else last - 1] - ranges[nearest], 0.5
-    else:
-        return 0.0
-    return min(share * max(step, 0.0), _SHARPEST * ranges[nearest])
-
-
-def _ends_of_face(
-    ranges: list[float], directions: list[float], right: float, left: float
-) -> tuple[float, float]:
-    """Return the ranges of a thing's right and left end [m].
-
-    They are those of the straight line that most of its directions lie on, where there is one: the
-    outermost directions are the ones that wrong matches and feet spoil.
-    """
-    ends = ranges[0], ranges[-1]
-    if len(ranges) < _STRAIGHT:
-        return ends
-    turned = np.array(directions) - 0.5 * (right + left)
-    # seen from the middle, 1 / ahead grows evenly along a line
-    across, inverse = np.tan(turned), 1 / (np.array(ranges) * np.cos(turned))
-    start, slope = line(across, inverse)
-    on = np.abs(start + slope * across - inverse) < _ON_LINE * inverse
-    if np.count_nonzero(on) < _MOST * len(ranges):
-        return ends
-    start, slope = line(across[on], inverse[on])
-    half = 0.5 * (left - right)
-    inverses = [(start + slope * math.tan(edge)) * math.cos(edge) for edge in (-half, half)]
-    if min(inverses) < 0.5 / max(ends):  # seen along, it has no end to speak of
-        return ends
-    return 1 / inverses[0], 1 / inverses[1]
-
-
-def _chord(ranges: list[float], angle: float) -> float:
-    """Return the extent across the line of sight between the two silhouettes."""
-    return (_at_the_end(ranges) + _at_the_end(ranges[::-1])) * math.sin(0.5 * angle)
-
-
-def _at_the_end(ranges: list[float]) -> float:
-    """Return the range at the first end, half a direction beyond the first one's middle [m]."""
-    first = ranges[0]
-    if len(ranges) < 3:
-        return first
-    limit = _SHARPEST * first
-    return first + min(max(0.5 * (first - ranges[1]), -limit), limit)

@@ -63,7 +63,7 @@ class PeakFinder:
                 core.number_pixels(*filled, which, found, *self.foot, things, number)
                 things += more
             if which == 0:
-                _let_go(number, cells)
+                core.let_go(cells.overhead, cells.index, cells.across, _FAR_ABOVE, number)
         return number, things
 
     def _in_numpy(self, cells: Cells, least: int) -> tuple[UInt16, int]:

@@ -102,7 +102,6 @@ class Segments:
             in which rounding decides what to trim.
         """
         all_of = self._all_of_compiled if compiled else self._all_of
-        width = self.labels.shape[1]
         for k, (first, end) in enumerate(pairwise(self.ends), start=1):
             count = end - first
             if count * self.step**2 < least:
@@ -110,15 +109,13 @@ class Segments:
             few = count < _MANY
             thin = 1 if few else _thinned(count)
             index = self.index[first:end:thin]
-            v = index // width
-            u = index - v * width  # numpy.divmod takes twice as long
             if trim is not None or (few and self.step > 1):
-                u, v = all_of(k, u, v, sorter, trim)
+                u, v = all_of(k, index, sorter, trim)
                 if len(u):
                     thin = _thinned(len(u))
                     yield Member(number=k, u=u[::thin], v=v[::thin], stride=1, pixels=len(u))
             else:
-                s = self.step
+                s, (u, v) = self.step, self._places(index)
                 yield Member(number=k, u=s * u, v=s * v, stride=s, pixels=count * s**2)
 
     def enlarged(
@@ -140,33 +137,28 @@ class Segments:
             *(levels or (self.farthest_level, self.nearest_level))
         )
 
-    def _levels_of(self, u: Index, v: Index, sorter: Sorter) -> tuple[float, float]:
-        """Return the smallest and largest disparity of a thing that was sampled at (u, v) [px].
-
-        What lies between the sampled columns and rows at its side may be of the thing beside it.
-        """
-        own = sorter.disparity[self.step * v, self.step * u]
-        return (
-            max(self.farthest_level, float(own.min()) / _WITHIN),
-            min(self.nearest_level, float(own.max()) * _WITHIN),
-        )
+    def _places(self, index: Index) -> tuple[Index, Index]:
+        """Return columns and rows of pixels of the grid."""
+        width = self.labels.shape[1]
+        v = index // width
+        return index - v * width, v  # numpy.divmod takes twice as long
 
     def _all_of_compiled(
-        self, k: int, u: Index, v: Index, sorter: Sorter, trim: Trimmer | None
+        self, k: int, index: Index, sorter: Sorter, trim: Trimmer | None
     ) -> tuple[Index, Index]:
         surface = sorter.surface
-        farthest, nearest = self._levels_of(u, v, sorter)
         found: tuple[Index, Index] = core.all_pixels(
             self.labels,
             self.step,
             k,
-            (int(v[0]), int(u.min()), int(v[-1]) + 1, int(u.max()) + 1),
+            index,
             sorter.disparity,
             surface.plane.tolist(),
             surface.bend,
             sorter.tolerance,
-            nearest,
-            farthest,
+            self.nearest_level,
+            self.farthest_level,
+            _WITHIN,
             None if trim is None else trim.left,
             None if trim is None else trim.right,
             0.0 if trim is None else trim.offset,
@@ -175,14 +167,22 @@ class Segments:
         return found
 
     def _all_of(
-        self, k: int, u: Index, v: Index, sorter: Sorter, trim: Trimmer | None
+        self, k: int, index: Index, sorter: Sorter, trim: Trimmer | None
     ) -> tuple[Index, Index]:
-        """Return the columns and rows of every pixel of a thing that was sampled at (u, v)."""
+        """Return the columns and rows of every pixel of a thing that was sampled at these.
+
+        What lies between the sampled columns and rows at its side may be of the thing beside it.
+        """
+        u, v = self._places(index)
         top, left, bottom, right = int(v[0]), int(u.min()), int(v[-1]) + 1, int(u.max()) + 1
         s = self.step
         part = sorter.part(slice(s * top, s * bottom), slice(s * left, s * right))
         own = self.labels[top:bottom, left:right] == k
-        levels = self._levels_of(u, v, sorter)
+        d = sorter.disparity[s * v, s * u]
+        levels = (
+            max(self.farthest_level, float(d.min()) / _WITHIN),
+            min(self.nearest_level, float(d.max()) * _WITHIN),
+        )
         window = self.enlarged(own.astype(np.uint16), part, levels) > 0
         if trim is not None:
             window = trim(window, part)

@@ -85,6 +85,7 @@ def number_pixels(
     number: _Word,
     /,
 ) -> None: ...
+def let_go(overhead: _Bool, index: _Long, columns: int, share: float, number: _Word, /) -> None: ...
 def count_heights(number: _Word, column: _Int, heights: _Int, /) -> None: ...
 def find_strips(heights: _Int, gap: int, share: float, /) -> tuple[list[int], bool, bool]: ...
 def find_ends(
@@ -125,18 +126,30 @@ def all_pixels(
     labels: _Word,
     step: int,
     number: int,
-    window: tuple[int, int, int, int],
+    index: _Long,
     whole: _Float,
     plane: list[float],
     bend: _Float,
     tolerance: _Float,
     nearest: float,
     farthest: float,
+    within: float,
     left: _Bytes | None,
     right: _Bytes | None,
     offset: float,
     tuning: TrimTuning,
 ) -> tuple[_Long, _Long]: ...
+def find_nearer(
+    labels: _Word,
+    step: int,
+    number: int,
+    whole: _Float,
+    u: _Long,
+    v: _Long,
+    beside: tuple[tuple[int, int], ...],
+    found: _Bool,
+    /,
+) -> None: ...
 
 class FeetTuning:
     def __init__(
@@ -162,6 +175,18 @@ def find_feet(
     level: str | None = None,
 ) -> list[tuple[int, int, float, float]]: ...
 
+class FaceTuning:
+    def __init__(
+        self,
+        *,
+        near: int,
+        leans: float,
+        sharpest: float,
+        straight: int,
+        on_line: float,
+        most: float,
+    ) -> None: ...
+
 class Cloud:
     def __init__(
         self,
@@ -171,13 +196,14 @@ class Cloud:
         u: _Double,
         v: _Double,
         disparity: _Float,
+        tuning: FaceTuning,
         /,
     ) -> None: ...
     def sides(self, step: float, share: float, /) -> tuple[float, float]: ...
     def heights(self, step: float, share: float, /) -> tuple[float, float]: ...
-    def directions(
-        self, right: float, left: float, count: int, near: int, /
-    ) -> tuple[list[float], list[float], list[float]]: ...
+    def face(
+        self, right: float, left: float, pixel: float, blur: float, /
+    ) -> tuple[float, float, float, float, float, float]: ...
     def range(self, share: float, /) -> float: ...
     def height_before(self, limit: float, share: float, /) -> float: ...
     def squares(self) -> float: ...
