@@ -6,6 +6,14 @@
 #include <cstddef>
 #include <vector>
 
+// Compiles a function once more for each wider instruction set, of which the loader takes the best
+// that the machine has. Without contraction the answers are the same to the bit.
+#if defined(__x86_64__) && defined(__GLIBC__) && __GNUC__ >= 12 && !defined(__clang__)
+#define BEARCUB_WIDE __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define BEARCUB_WIDE
+#endif
+
 namespace bearcub {
 
 // src/bearcub/geometry.py, Projection.

@@ -121,27 +121,27 @@ void number_pixels(const Filled& filled, Which which, const uint16_t* peaks, int
 
 void let_go(const bool* overhead, const int64_t* index, int count, int columns, double share,
             uint16_t* number) {
-    struct Rows {
+    struct Places {
         int64_t lowest = -1, top = -1, foot = -1;  // of what is overhead; of the others
     };
-    std::vector<Rows> things;
+    std::vector<Places> things;
     for (int i = 0; i < count; ++i) {
         if (number[i] >= things.size()) things.resize(number[i] + 1);
-        Rows& rows = things[number[i]];
-        const int64_t row = index[i] / columns;
+        Places& thing = things[number[i]];
         if (overhead[i]) {
-            rows.lowest = row;
+            thing.lowest = index[i];
             continue;
         }
-        if (rows.top < 0) rows.top = row;
-        rows.foot = row;
+        if (thing.top < 0) thing.top = index[i];
+        thing.foot = index[i];
     }
-    const auto far_above = [&](const Rows& rows) {
-        return rows.lowest >= 0 && rows.top >= 0 &&
-               rows.top - rows.lowest > share * (rows.foot - rows.top);
-    };
+    std::vector<bool> goes;
+    for (const auto& [lowest, top, foot] : things) {
+        const int64_t from = lowest / columns, to = top / columns;
+        goes.push_back(lowest >= 0 && top >= 0 && to - from > share * (foot / columns - to));
+    }
     for (int i = 0; i < count; ++i) {
-        if (overhead[i] && number[i] && far_above(things[number[i]])) number[i] = 0;
+        if (overhead[i] && goes[number[i]]) number[i] = 0;
     }
 }
 
