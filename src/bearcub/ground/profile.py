@@ -206,11 +206,16 @@ def _in_numpy(disparity: Float32, projection: Projection, start: _Start) -> _Fol
         return _Followed(bins=found, parts=parts, end=end)
     edges = _edges(quantile(level, 0.995) + 1e-6)
     index = np.searchsorted(edges, level) - 1
+    count = len(edges) - 1
     half = np.arange(0, len(index), 2)
-    lists = [
-        _sorted_bins(index.take(which), residual.take(which), len(edges) - 1)
-        for which in (half, half[lies.take(half)], way, way[lies.take(way)])
-    ]
+    here, ahead, lying_ahead = (
+        _Bins(index.take(which), residual.take(which), count)
+        for which in (half, way, way[lies.take(way)])
+    )
+    # where the way shows too little, all that is seen has to tell
+    few = np.diff(ahead.ends) < LEAST
+    half = half[lies.take(half) & few.take(index.take(half), mode="clip")]
+    lying = _Bins(index.take(half), residual.take(half), count)
     centres = np.sqrt(edges[:-1] * edges[1:]).tolist()
     tracker = Tracker(
         height=start.height,
@@ -218,27 +223,25 @@ def _in_numpy(disparity: Float32, projection: Projection, start: _Start) -> _Fol
         steepest=start.steepest,
         noise=start.noise,
     )
-    outwards = zip(*(reversed(each) for each in (centres, *lists)), strict=True)
-    for centre, here, lying, ahead, lying_ahead in outwards:
-        if len(here) >= LEAST:
-            enough = len(ahead) >= LEAST
-            seen = (ahead, lying_ahead) if enough else (here, lying)
-            bend = tracker.advance(centre, *seen)
-            spread = tracker.spread(here, bend)
-            # where little of the floor is seen, what is seen errs together
-            error = spread / (share * tracker.share**2) * math.sqrt(CORRELATED / len(here))
-            found.append([centre, bend, spread, error])
-            if tracker.regained:
-                parts.append(len(found) - tracker.regained)
-                for entry in found[parts[-1] :]:
-                    entry[1:3] = [tracker.bend_at(entry[0]), spread]
-                tracker.regained = 0
-            if tracker.refused:
-                bank = found[-tracker.refused :]
-                for entry in bank:
-                    entry[1] = tracker.bend_at(entry[0])
-                end, tracker.refused = bank[0][0], 0
-            end = (end or centre) if tracker.ended else 0.0
+    for number in np.flatnonzero(np.diff(here.ends) >= LEAST)[::-1].tolist():
+        centre, pixels = centres[number], here[number]
+        seen = (pixels, lying[number]) if few[number] else (ahead[number], lying_ahead[number])
+        bend = tracker.advance(centre, *seen)
+        spread = tracker.spread(pixels, bend)
+        # where little of the floor is seen, what is seen errs together
+        error = spread / (share * tracker.share**2) * math.sqrt(CORRELATED / len(pixels))
+        found.append([centre, bend, spread, error])
+        if tracker.regained:
+            parts.append(len(found) - tracker.regained)
+            for entry in found[parts[-1] :]:
+                entry[1:3] = [tracker.bend_at(entry[0]), spread]
+            tracker.regained = 0
+        if tracker.refused:
+            bank = found[-tracker.refused :]
+            for entry in bank:
+                entry[1] = tracker.bend_at(entry[0])
+            end, tracker.refused = bank[0][0], 0
+        end = (end or centre) if tracker.ended else 0.0
     return _Followed(bins=found, parts=parts, end=end)
 
 
@@ -255,18 +258,23 @@ def _edges(nearest: float) -> Float64:
     return edges
 
 
-def _sorted_bins(index: Index, residual: Float64, count: int) -> list[Sequence[float]]:
-    """Return the residuals of every bin in ascending order.
+class _Bins:
+    """The residuals of every bin in ascending order.
 
     What follows takes a few ranks and counts of each short one: by bisection of Python's own
     arrays that is many times faster than of NumPy's.
     """
-    limit = 0.5 * _APART
-    keys = index * _APART + np.minimum(np.maximum(residual, -_MOST), _MOST)
-    keys.sort()
-    ends = np.searchsorted(keys, np.arange(count + 1) * _APART - limit).tolist()
-    values = array("d", (keys - np.rint(keys / _APART) * _APART).tobytes())
-    return [values[first:last] for first, last in pairwise(ends)]
+
+    def __init__(self, index: Index, residual: Float64, count: int) -> None:
+        keys = index * _APART + np.minimum(np.maximum(residual, -_MOST), _MOST)
+        keys.sort()
+        self.ends = np.searchsorted(keys, np.arange(count + 1) * _APART - 0.5 * _APART)
+        self._bounds = self.ends.tolist()
+        self._values = array("d", (keys - np.rint(keys / _APART) * _APART).tobytes())
+
+    def __getitem__(self, number: int) -> Sequence[float]:
+        first, last = self._bounds[number : number + 2]
+        return self._values[first:last]
 
 
 def just_ahead(plane: Float64, profile: Profile) -> tuple[Float64, Profile, Float64]:
@@ -335,7 +343,10 @@ def _samples(
     down, right = max(1, rows // _ROWS), max(1, columns // _COLUMNS)
     v = np.arange(down // 2, rows, down)
     u = np.arange(right // 2, columns, right)
-    d = disparity[v[0] :: down, u[0] :: right]
+    reach = max(4, rows // _REACH)
+    every = math.gcd(down, reach)  # in no other row is anything looked at
+    looked_at = np.ascontiguousarray(disparity[v[0] % every :: every, u[0] :: right])
+    d = looked_at[v[0] // every :: down // every]
     level = plane[1] * v[:, None] + (plane[0] * u + plane[2])[None, :]
     ahead = level > _FARTHEST
     index = np.flatnonzero(np.isfinite(d) & ahead)
@@ -343,20 +354,21 @@ def _samples(
     lateral = np.abs(u - projection.cx) * (projection.baseline / _HALF_WIDTH)
     way = np.flatnonzero((lateral < level).ravel().take(index))
     level = level.ravel().take(index)
-    grown, over = (each.ravel().take(index) for each in _grown(disparity[:, u[0] :: right], v))
+    about = _grown(looked_at, v // every, reach // every)
+    grown, over = (each.ravel().take(index) for each in about)
+    over *= every
     # the steepest ground that comes into view there
     rate = plane[1] * start.height * math.hypot(1.0, start.steepest)
     lies = grown * (start.height * level + start.steepest * depth) > over * rate * level
     return level, d.ravel().take(index) - level, way, lies, share
 
 
-def _grown(columns: Float32, v: Index) -> tuple[Float32, Index]:
+def _grown(columns: Float32, v: Index, reach: int) -> tuple[Float32, Index]:
     """Return by how much disparity grows about each pixel [px], and over how many rows.
 
     From a neighbour above to one below, or where one of these is unmatched between two on the
     other side: its own disparity has no say, or what errs to the far side would seem to grow.
     """
-    reach = max(4, len(columns) // _REACH)
     rows = v + reach * np.array([-2, -1, 1, 2])[:, None]
     around = columns.take(rows, axis=0, mode="clip")
     around[(rows < 0) | (rows >= len(columns))] = np.nan
