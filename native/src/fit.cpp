@@ -141,7 +141,8 @@ void propose_all(double area, const Lens& lens, const Expected& expected, const 
 
 // Counts the pixels on a plane, less a share of those below it; the floor just ahead counts most:
 // what lies beyond or beside may be another one.
-BEARCUB_WIDE double support(const Plane& plane, const Scored& scored, double nearest, double below) {
+BEARCUB_WIDE
+double support(const Plane& plane, const Scored& scored, double nearest, double below) {
     const auto a = static_cast<float>(plane.a), b = static_cast<float>(plane.b);
     const auto c = static_cast<float>(plane.c), cost = static_cast<float>(below);
     const auto closer = static_cast<float>(1 / nearest);
@@ -242,7 +243,8 @@ double keep_near(const Plane& plane, double scale, const FitTuning& tuning, Scra
 
 // One step of re-weighted least squares: the weights of all pixels, the plane that they make, and how
 // often which residual was there. False where there are too few or they lie on a line.
-BEARCUB_WIDE bool step(Plane& plane, double scale, double nearest, const FitTuning& tuning, Scratch& scratch) {
+BEARCUB_WIDE
+bool step(Plane& plane, double scale, double nearest, const FitTuning& tuning, Scratch& scratch) {
     const std::size_t count = scratch.pixels.size();
     scratch.weight.resize(count);
     double most = 0;

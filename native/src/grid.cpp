@@ -41,7 +41,8 @@ double seen_until(const char* seen, const Directions& way, double growth) {
 
 }  // namespace
 
-BEARCUB_WIDE void sort_pixels(const Disparity& map, const Surface& surface, float farthest_level,
+BEARCUB_WIDE
+void sort_pixels(const Disparity& map, const Surface& surface, float farthest_level,
                  const Part& part, const Sorted& to) {
     const int columns = part.columns;
     const Surface floor_at = surface;  // a copy, which no output can change
@@ -174,7 +175,8 @@ Ends find_ends(const Labelled& grid, const View& view, const Directions& way) {
     return ends;
 }
 
-BEARCUB_WIDE Valid count_valid(const float* disparity, int64_t count) {
+BEARCUB_WIDE
+Valid count_valid(const float* disparity, int64_t count) {
     constexpr uint32_t kInfinite = 0x7f800000;
     using Bits __attribute__((may_alias)) = uint32_t;
     const auto* const bits = reinterpret_cast<const Bits*>(disparity);

@@ -16,11 +16,13 @@ References
 
 import math
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 Float64 = NDArray[np.float64]
+_N = TypeVar("_N", float, NDArray[np.float64])
 
 OPTICAL_FROM_BODY: Float64 = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 OPTICAL_FROM_BODY.flags.writeable = False
@@ -78,7 +80,7 @@ class Attitude:
     @classmethod
     def from_down(cls, down: Float64) -> "Attitude":
         """Return the attitude of a camera that sees the ground in direction `down` (optical)."""
-        x, y, z = (float(value) for value in down)
+        x, y, z = down.tolist()
         return cls(roll=math.atan2(x, y), pitch=math.atan2(z, math.hypot(x, y)))
 
 
@@ -162,8 +164,7 @@ def inverse(matrix: Float64) -> Float64:
     by = 1.0 / (a * first[0] + d * first[1] + g * first[2])
     second = (f * g - d * i, a * i - c * g, c * d - a * f)
     third = (d * h - e * g, b * g - a * h, a * e - b * d)
-    inverted: Float64 = np.array([first, second, third]) * by
-    return inverted
+    return np.array([[each * by for each in row] for row in (first, second, third)])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -197,22 +198,26 @@ class Projection:
         >>> print(f"{1 / b:.1f} {-c / b:.1f}")
         10.1 199.6
         """
-        nx, ny, nz = down
+        # of one direction plain floats: NumPy takes several times as long for its own
+        return np.array(self.coefficients(height, *(down.tolist() if down.ndim == 1 else down)))
+
+    def coefficients(self, height: float, x: _N, y: _N, z: _N) -> tuple[_N, _N, _N]:
+        """Return what `plane` does as plain numbers, of the direction (x, y, z) down."""
         scale = self.baseline / height
-        a, b = scale * nx, scale * ny * self.fx / self.fy
-        return np.array([a, b, scale * nz * self.fx - a * self.cx - b * self.cy])
+        a, b = scale * x, scale * y * self.fx / self.fy
+        return a, b, scale * z * self.fx - a * self.cx - b * self.cy
 
     def floor(self, plane: Float64) -> tuple[float, Float64]:
         """Return (height [m], down) of the camera above the floor ``d = a u + b v + c``.
 
         The inverse of `plane`. The height is NaN where the plane is no floor (all zero).
         """
-        a, b, c = (float(value) for value in plane)
+        a, b, c = plane.tolist()
         y, z = b * self.fy / self.fx, (c + a * self.cx + b * self.cy) / self.fx
         norm = math.hypot(a, y, z)
         if norm == 0.0:
             return math.nan, np.array([0.0, 1.0, 0.0])
-        return self.baseline / norm, np.array([a, y, z]) / norm
+        return self.baseline / norm, np.array([a / norm, y / norm, z / norm])
 
     def points(self, u: Float64, v: Float64, disparity: Float64) -> Float64:
         """Return optical coordinates [m] of pixels; disparity 0 gives inf, NaN gives NaN.

@@ -306,13 +306,13 @@ def _values(projection: Projection, plane: Float64) -> Float64:
 
 def _plane_jacobian(projection: Projection, values: Float64) -> Float64:
     """Return the derivative of (a, b, c) by (height, pitch, roll), shape (3, 3)."""
-    height, pitch, roll = (float(value) for value in values)
+    height, pitch, roll = values.tolist()
     # the plane is linear in the direction down, so its derivative is the plane of the derivative
     sr, cr, sp, cp = math.sin(roll), math.cos(roll), math.sin(pitch), math.cos(pitch)
-    down = np.array([[sr * cp, -sr * sp, cr * cp], [cr * cp, -cr * sp, -sr * cp], [sp, cp, 0.0]])
-    planes = projection.plane(height=height, down=down)
-    planes[:, 0] /= -height
-    return planes
+    downs = (sr * cp, cr * cp, sp), (-sr * sp, -cr * sp, cp), (cr * cp, -sr * cp, 0.0)
+    by_height, by_pitch, by_roll = (projection.coefficients(height, *down) for down in downs)
+    by_height = tuple(each / -height for each in by_height)
+    return np.array(list(zip(by_height, by_pitch, by_roll, strict=True)))
 
 
 def _angle(prior: Prior, measured: Float64) -> float:

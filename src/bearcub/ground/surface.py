@@ -62,9 +62,12 @@ class Surface:
         largest = max(0.0, c) + max(0.0, a * (columns - 1)) + max(0.0, b * (rows - 1))
         levels = np.arange(math.ceil(largest * _STEPS) + 2) / _STEPS
         own = floor_sigma(ground, shape)
-        noise = np.full_like(levels, ground.noise)
-        if len(ground.knots):
-            noise = np.interp(levels, ground.knots, ground.knot_noise)
+        followed = len(ground.knots) > 0
+        noise = (
+            np.interp(levels, ground.knots, ground.knot_noise)
+            if followed
+            else np.full_like(levels, ground.noise)
+        )
         return cls(
             plane=ground.plane.astype(np.float32),
             height=ground.height,
@@ -111,8 +114,9 @@ def bend_at(ground: Ground, level: Float64) -> Float64:
     if len(ground.knots) == 0:
         return np.zeros_like(level)
     # beyond the last floor seen it stays as high above the plane: less bend for less disparity
-    knots, bend = np.append(0.0, ground.knots), np.append(0.0, ground.bend)
-    return np.asarray(np.interp(level, knots, bend), dtype=np.float64)
+    table = np.zeros((2, len(ground.knots) + 1))
+    table[0, 1:], table[1, 1:] = ground.knots, ground.bend
+    return np.asarray(np.interp(level, *table), dtype=np.float64)
 
 
 def floor_sigma(ground: Ground, shape: tuple[int, int]) -> float:

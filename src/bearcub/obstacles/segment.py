@@ -35,7 +35,7 @@ class Member:
     number : int
         Of the segment.
     u, v : ndarray of int64, shape (N,)
-        Columns and rows [px].
+        Columns and rows [px], one row after the other.
     stride : int
         They are of every `stride`-th column and row.
     pixels : int

@@ -337,13 +337,13 @@ class ObstacleStage:
             return None, math.inf
         if member.pixels < _SMALL and mixed(d, frame.segments, member):
             return None, math.inf
-        own = d[v, u]
+        own = d.ravel().take(v * d.shape[1] + u)  # several times faster than by pairs
         witnessed, fattening = frame.witness is not None, frame.disparity.fattening
         extent = measure(
             frame.view,
             frame.sorter.surface,
-            (u + 0.5 * (member.stride - 1)).astype(np.float64),
-            (v + 0.5 * (member.stride - 1)).astype(np.float64),
+            np.add(u, 0.5 * (member.stride - 1), dtype=np.float64),
+            np.add(v, 0.5 * (member.stride - 1), dtype=np.float64),
             own,
             stride=member.stride,
             pixels=member.pixels,
@@ -358,7 +358,7 @@ class ObstacleStage:
         hidden = frame.ground.height * median(frame.sorter.tolerance_at(u, v) / own)
         hangs, least = self._hangs(extent, hidden), _SURE
         if hangs:
-            below_the_image = int(v.max()) >= d.shape[0] - MARGIN
+            below_the_image = v[-1] >= d.shape[0] - MARGIN
             if below_the_image or hidden_below(d, frame.segments, member):
                 hangs = False  # its foot is out of sight
             elif witnessed and goes_on_below(frame.sorter, member):
@@ -483,5 +483,5 @@ def _believed(member: Member, frame: _Frame, *, sure: float) -> bool:
 
 def _box(member: Member, shape: tuple[int, int]) -> tuple[int, int, int, int]:
     u, v, more = member.u, member.v, member.stride - 1
-    right, bottom = int(u.max()) + more, int(v.max()) + more
-    return int(u.min()), int(v.min()), min(right, shape[1] - 1), min(bottom, shape[0] - 1)
+    right, bottom = int(u.max()) + more, int(v[-1]) + more
+    return int(u.min()), int(v[0]), min(right, shape[1] - 1), min(bottom, shape[0] - 1)

@@ -74,7 +74,7 @@ def goes_on_below(sorter: Sorter, member: Member) -> bool:
 
 def flaring(member: Member) -> float:
     """Return how much wider the lower third of a thing's rows is than the upper third [px]."""
-    first, last = int(member.v.min()), int(member.v.max())
+    first, last = int(member.v[0]), int(member.v[-1])
     third = (last - first + member.stride) / 3
     above = np.count_nonzero(member.v < first + third)
     below = np.count_nonzero(member.v > last - third)
