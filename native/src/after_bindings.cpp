@@ -246,12 +246,15 @@ Filled filled_of(const Row<const int32_t>& cell, const Row<const bool>& tall,
             columns};
 }
 
-bool mark(const Row<const int32_t>& cell, const Row<const bool>& tall,
-         const Row<const bool>& overhead, int levels, int columns, int which, int least,
-          const Row<const uint16_t>& number, const Row<const float>& least_rows, int gap,
-         const Grid<uint8_t>& closed) {
-    return mark_peaks(filled_of(cell, tall, overhead, levels, columns), static_cast<Which>(which),
-                      least, number.data(), least_rows.data(), gap, closed.data());
+std::tuple<int, int> mark(const Row<const int32_t>& cell, const Row<const bool>& tall,
+                          const Row<const bool>& overhead, int levels, int columns, int which,
+                          int least, const Row<const uint16_t>& number,
+                          const Row<const float>& least_rows, int gap,
+                          const Grid<uint8_t>& closed) {
+    const Span rows =
+        mark_peaks(filled_of(cell, tall, overhead, levels, columns), static_cast<Which>(which), least,
+                   number.data(), least_rows.data(), gap, closed.data());
+    return {rows.first, rows.end};
 }
 
 void assign(const Row<const int32_t>& cell, const Row<const bool>& tall,

@@ -54,26 +54,37 @@ const auto smaller = [](auto a, auto b) { return a < b ? a : b; };
 
 }  // namespace
 
-bool mark_peaks(const Filled& filled, Which which, int least, const uint16_t* number,
+Span mark_peaks(const Filled& filled, Which which, int least, const uint16_t* number,
                 const float* least_rows, int gap, uint8_t* closed) {
     constexpr int kLevels = 2;  // on either side that count together
     Scratch& scratch = of_this_thread<Scratch>();
-    const int levels = filled.levels, columns = filled.columns;
-    const std::size_t size = static_cast<std::size_t>(levels) * columns;
+    const int columns = filled.columns;
+    const std::size_t size = static_cast<std::size_t>(filled.levels) * columns;
     scratch.counts.assign(size, 0);
-    int looked = 0;
+    int looked = 0, lowest = static_cast<int>(size), highest = 0;
     for (int i = 0; i < filled.count; ++i) {
         if (!looked_at(filled, which, number, i)) continue;
-        ++scratch.counts[filled.cell[i]];
+        const int cell = filled.cell[i];
+        ++scratch.counts[cell];
         ++looked;
+        lowest = std::min(lowest, cell);
+        highest = std::max(highest, cell);
     }
-    if (looked < least) return false;
+    if (looked == 0 || looked < least) return {0, 0};
+    // the levels in which a pixel lies, and those that are closed with them; even for cv2, whose
+    // numbers go by pairs of rows
+    const int from = std::max(0, lowest / columns - kLevels) / 2 * 2;
+    const int to = std::min(filled.levels, highest / columns + kLevels + 1);
+    const int levels = to - from;
+    const std::ptrdiff_t start = static_cast<std::ptrdiff_t>(from) * columns;
     scratch.bytes.resize(size);
     scratch.around.assign(columns, 0);
     const auto row = [&](int level) {
-        return &scratch.counts[static_cast<std::size_t>(level) * columns];
+        return &scratch.counts[start + static_cast<std::ptrdiff_t>(level) * columns];
     };
     int* __restrict const around = scratch.around.data();
+    std::fill(closed, closed + size, uint8_t{0});
+    closed += start;
     for (int level = -kLevels; level < levels; ++level) {
         if (level + kLevels < levels) {
             const int* __restrict const next = row(level + kLevels);
@@ -81,9 +92,10 @@ bool mark_peaks(const Filled& filled, Which which, int least, const uint16_t* nu
         }
         if (level < 0) continue;
         const int* __restrict const here = row(level);
-        uint8_t* __restrict const peak = &closed[static_cast<std::size_t>(level) * columns];
+        uint8_t* __restrict const peak = &closed[static_cast<std::ptrdiff_t>(level) * columns];
+        const float rows = least_rows[from + level];
         for (int i = 0; i < columns; ++i) {
-            peak[i] = (static_cast<float>(around[i]) >= least_rows[level]) & (here[i] > 0);
+            peak[i] = (static_cast<float>(around[i]) >= rows) & (here[i] > 0);
         }
         if (level - kLevels >= 0) {
             const int* __restrict const past = row(level - kLevels);
@@ -95,7 +107,7 @@ bool mark_peaks(const Filled& filled, Which which, int least, const uint16_t* nu
     across_rows(bytes, closed, levels, columns, 1, larger);
     along_rows(closed, bytes, levels, columns, gap, smaller);
     across_rows(bytes, closed, levels, columns, 1, smaller);
-    return true;
+    return {from, to};
 }
 
 void number_pixels(const Filled& filled, Which which, const uint16_t* peaks, int foot_levels,

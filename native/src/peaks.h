@@ -18,9 +18,14 @@ struct Filled {
 // the way, or is overhead.
 enum class Which { tall, standing, hanging };
 
-// Marks the peaks of some pixels, closed over small gaps; false, and nothing marked, where these are
-// fewer than `least`.
-bool mark_peaks(const Filled&, Which, int least, const uint16_t* number, const float* least_rows,
+// The first level, and the one beyond the last.
+struct Span {
+    int first, end;
+};
+
+// Marks the peaks of some pixels, closed over small gaps; returns between which levels they can be, no
+// level and nothing marked where the pixels are fewer than `least`.
+Span mark_peaks(const Filled&, Which, int least, const uint16_t* number, const float* least_rows,
                 int gap, uint8_t* closed);
 
 // Numbers pixels by the peak in their cell or, of the tall ones, within a foot around it.

@@ -58,8 +58,11 @@ class PeakFinder:
         things = 0
         for which in range(3):
             few = 1 if which == 0 else least
-            if core.mark_peaks(*filled, which, few, number, self.least_rows, self.gap, closed):
-                found, more = _connected(closed)
+            marked = core.mark_peaks(*filled, which, few, number, self.least_rows, self.gap, closed)
+            if marked[1] > 0:
+                found = np.zeros((self.levels, self.width), dtype=np.uint16)
+                rows = slice(*marked)
+                found[rows], more = _connected(closed[rows])
                 core.number_pixels(*filled, which, found, *self.foot, things, number)
                 things += more
             if which == 0:

@@ -70,7 +70,7 @@ def mark_peaks(
     gap: int,
     closed: _Bytes,
     /,
-) -> bool: ...
+) -> tuple[int, int]: ...
 def number_pixels(
     cell: _Int,
     tall: _Bool,
