@@ -195,6 +195,7 @@ def _main_run(counts: Index, threshold: float) -> tuple[int, int]:
     above = np.flatnonzero(counts >= threshold)
     gap = max(4, len(above) // 4)
     gaps = np.flatnonzero(above[1:] - above[:-1] > gap) + 1
-    runs = np.split(above, gaps) if len(gaps) else [above]
-    fullest = max(runs, key=lambda run: int(counts[run].sum()))
+    if len(gaps) == 0:
+        return int(above[0]), int(above[-1])
+    fullest = max(np.split(above, gaps), key=lambda run: int(counts[run].sum()))
     return int(fullest[0]), int(fullest[-1])
