@@ -29,6 +29,8 @@ def check_disparity(disparity: Float32, *, name: str) -> None:
     InputError
         If nothing is matched, or most disparities are negative.
     """
+    if -1.0 <= np.fmin.reduce(disparity, axis=None) < math.inf:
+        return  # something is matched, and nothing negative: a quick look that leaves NaN out
     known = int(np.count_nonzero(np.abs(disparity) < math.inf))  # NaN compares false
     if known == 0:
         raise InputError(
