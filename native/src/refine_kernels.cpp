@@ -6,6 +6,8 @@
 // vision, IJCAI 1981. src/bearcub/stereo/refine.py is the same in NumPy, with the reasons.
 #include "refine_kernels.h"
 
+#include <cstring>
+
 #include "simd.h"
 
 namespace bearcub::BEARCUB_LEVEL {
@@ -13,7 +15,6 @@ namespace {
 
 constexpr float kFarthest = 0.5f;  // largest correction of a step [px]
 constexpr float kNoise = 0.5f;     // gradient energy that noise alone has [grey levels squared]
-
 
 void matched(const uint8_t* __restrict right, const float* __restrict disparity, int width,
              uint32_t* __restrict scratch, float* __restrict grey) {
@@ -24,8 +25,9 @@ void matched(const uint8_t* __restrict right, const float* __restrict disparity,
     };
     for (int x = 0; x < width; ++x) scratch[x] = static_cast<uint32_t>(static_cast<int>(there(x)));
     for (int x = 0; x < width; ++x) {  // no vector operation fetches bytes from anywhere
-        const uint32_t at = scratch[x];
-        scratch[x] = right[at] | static_cast<uint32_t>(right[at + 1]) << 8;
+        uint16_t both;  // the lower byte is the first one
+        std::memcpy(&both, right + scratch[x], sizeof both);
+        scratch[x] = both;
     }
     for (int x = 0; x < width; ++x) {
         const float at = there(x), share = at - static_cast<float>(static_cast<int>(at));
@@ -84,13 +86,12 @@ void moved(NineRows<float> cross_sums, NineRows<float> square_sums,
     }
 }
 
-void bounded(const float* __restrict before, const float* __restrict found, int width,
-             float* __restrict to) {
+void bounded(const float* __restrict before, int width, float* __restrict found) {
     for (int x = 0; x < width; ++x) {
         const float least = before[x] < 0.0f ? before[x] : 0.0f;
         const bool whole = (x >= kHalfWindow) & (x < width - kHalfWindow);
         const float kept = found[x] < least ? least : found[x];
-        to[x] = whole & finite(before[x]) ? kept : __builtin_nanf("");
+        found[x] = whole & finite(before[x]) ? kept : __builtin_nanf("");
     }
 }
 

@@ -30,7 +30,7 @@ struct RefineKernels {
     void (*moved)(NineRows<float> cross_sums, NineRows<float> square_sums, const float* disparity,
                   int width, float* to);
     // Never below 0 where it was not, and none where the window leaves the image.
-    void (*bounded)(const float* before, const float* found, int width, float* to);
+    void (*bounded)(const float* before, int width, float* found);
 };
 
 }  // namespace bearcub

@@ -6,7 +6,7 @@
 namespace bearcub {
 namespace {
 
-constexpr int kStripeHeight = 32;  // rows that a thread takes at a time
+constexpr int kStripeHeight = 32;  // at least
 constexpr int kMargin = 16;        // columns beside a row
 constexpr int kRing = 16;          // rows that are kept: the window's nine and a few more
 
@@ -45,10 +45,10 @@ struct Refiner::Rings {
 Refiner::Refiner(int height, int width, int threads, const RefineKernels& kernels)
     : height_(height),
       width_(width),
-      stripes_((height + kStripeHeight - 1) / kStripeHeight),
+      stripes_(std::clamp(height / kStripeHeight, 1, threads)),
       kernels_(kernels),
       between_(static_cast<std::size_t>(height) * width),
-      pool_(std::min(threads, stripes_)) {
+      pool_(stripes_) {
     for (int i = 0; i < pool_.threads(); ++i) rings_.push_back(std::make_unique<Rings>(width));
 }
 
@@ -60,25 +60,20 @@ void Refiner::refine(const Image& left, const Image& right, const float* dispari
     left_ = left;
     right_ = right;
     auto first = [&](int i, int worker) {
-        refine_stripe(i, disparity, between_.data(), *rings_[worker]);
+        refine_stripe(i, disparity, between_.data(), nullptr, *rings_[worker]);
     };
     auto second = [&](int i, int worker) {
-        refine_stripe(i, between_.data(), refined, *rings_[worker]);
-    };
-    auto bound = [&](int i, int) {
-        for (int row = i * kStripeHeight; row < std::min((i + 1) * kStripeHeight, height_); ++row) {
-            const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(row) * width_;
-            kernels_.bounded(disparity + at, refined + at, width_, refined + at);
-        }
+        refine_stripe(i, between_.data(), refined, disparity, *rings_[worker]);
     };
     pool_.run(stripes_, first);
     pool_.run(stripes_, second);
-    pool_.run(stripes_, bound);
 }
 
-// One step of registration. Every quantity runs ahead of those that are summed from it.
-void Refiner::refine_stripe(int stripe, const float* from, float* to, Rings& rings) const {
-    const int first = stripe * kStripeHeight, end = std::min(first + kStripeHeight, height_);
+// One step of registration. Every quantity runs ahead of those that are summed from it. The last
+// step is bounded by the disparity `before` the first.
+void Refiner::refine_stripe(int stripe, const float* from, float* to, const float* before,
+                            Rings& rings) const {
+    const int first = first_row(stripe), end = first_row(stripe + 1);
     const auto wanted = [&](int row, int ahead) {
         return row >= std::max(first - ahead, 0) && row < std::min(end + ahead, height_);
     };
@@ -88,7 +83,11 @@ void Refiner::refine_stripe(int stripe, const float* from, float* to, Rings& rin
             differ(row + kDifferencesAhead, from, rings);
         }
         if (wanted(row + kSumsAhead, kSumsAhead)) multiply(row + kSumsAhead, rings);
-        if (wanted(row, 0)) move(row, from, to, rings);
+        if (!wanted(row, 0)) continue;
+        move(row, from, to, rings);
+        if (before == nullptr) continue;
+        const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(row) * width_;
+        kernels_.bounded(before + at, width_, to + at);
     }
 }
 

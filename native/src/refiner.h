@@ -28,7 +28,9 @@ public:
 private:
     struct Rings;
 
-    void refine_stripe(int stripe, const float* from, float* to, Rings& rings) const;
+    int first_row(int stripe) const { return stripe * height_ / stripes_; }
+    void refine_stripe(int stripe, const float* from, float* to, const float* before,
+                       Rings& rings) const;
     void load(int row, const float* from, Rings& rings) const;
     void differ(int row, const float* from, Rings& rings) const;
     void multiply(int row, Rings& rings) const;
