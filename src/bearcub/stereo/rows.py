@@ -22,6 +22,8 @@ References
 
 import math
 from dataclasses import dataclass
+from functools import partial
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -55,6 +57,7 @@ _COARSE = 0.5  # what gradients cannot tell any more [px]
 
 Values = NDArray[np.float64]
 Index = NDArray[np.int64]
+_Image = TypeVar("_Image", Float32, Bool)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -260,7 +263,8 @@ def _bands(left: UInt8, right: UInt8, matched: DisparityMap, top: Index) -> _Ban
     columns = left.shape[1] // _CELL[0] * _CELL[0]
     disparity = matched.disparity[rows, :columns] - np.float32(matched.offset)
     known = np.isfinite(disparity)
-    at = np.arange(columns, dtype=np.float32) - np.where(known, disparity, np.float32(0))
+    np.copyto(disparity, 0, where=~known)
+    at = np.arange(columns, dtype=np.float32) - disparity
     known &= (at >= 1) & (at < left.shape[1] - 2)
     if np.count_nonzero(known) < _FEWEST * _CELL[0] * _CELL[1]:
         return None
@@ -279,36 +283,67 @@ def _cells(
     bands = _bands(left, right, matched, top)
     if bands is None:
         return None
-    one, other, known = bands.one, bands.other, bands.known
-
-    def mean(image: Float32) -> Float32:
-        """Return the means over cells of what is known."""
-        inner = (image * known).reshape(len(top), -1, one.shape[1])[:, _MARGIN:-_MARGIN]
-        flat, size = inner.reshape(-1, one.shape[1]), (one.shape[1] // _CELL[0], len(top))
-        return np.asarray(cv2.resize(flat, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
-
-    share = mean(np.ones_like(one))
-    gain = (mean(one) + np.float32(1)) / (mean(other) + np.float32(1))
-    gain = gain.repeat(_CELL[0], axis=1).repeat(len(one) // len(top), axis=0)
-    difference = other * gain - one
-    limit = _OUTLIER * max(1.4826 * median(np.abs(difference[known])), 0.5)
-    np.clip(difference, -limit, limit, out=difference)
-    (u_one, v_one), (u_other, v_other) = _gradients(one), _gradients(other)
-    u_d, v_d = (mean(0.5 * (x + y) * difference) for x, y in ((u_one, u_other), (v_one, v_other)))
-    uu = np.maximum(mean(u_one * u_other), np.float32(_ACROSS))
-    uv = 0.5 * mean(u_one * v_other + v_one * u_other)
+    narrow = partial(_without, rows=_MARGIN, of=len(top))
+    of_cells = partial(_means, known=narrow(bands.known), rows=len(top))
+    all_ones = np.ones(1, dtype=np.float32)
+    share, one, other, at = of_cells([all_ones, *map(narrow, (bands.one, bands.other, bands.at))])
+    difference = narrow(_difference(bands, (one + np.float32(1)) / (other + np.float32(1))))
+    u_d, v_d, uu, uv, vv, spread = of_cells(_products(bands, difference, of=len(top)))
+    uu, uv = np.maximum(uu, np.float32(_ACROSS)), 0.5 * uv
     told = share > _KNOWN
     if np.count_nonzero(told) < _FEWEST:
         return None
-    x = _centred(mean(bands.at)[told] / share[told], width)
+    x = _centred(at[told] / share[told], width)
     middle = np.broadcast_to(top[:, None] + 0.5 * (_CELL[1] - 1), told.shape)
     y = _centred(middle[told], height)
     return _Cells(
         moment=(u_d * uv / uu - v_d)[told].astype(np.float64),
-        slope=(mean(v_one * v_other) - uv * uv / uu)[told].astype(np.float64),
-        spread=0.5 * mean(v_one * v_one + v_other * v_other)[told].astype(np.float64) + _FLAT,
+        slope=(vv - uv * uv / uu)[told].astype(np.float64),
+        spread=0.5 * spread[told].astype(np.float64) + _FLAT,
         basis=np.stack([np.ones_like(x), x, y, x * y], axis=1),
     )
+
+
+def _difference(bands: _Bands, gain: Float32) -> Float32:
+    """Return the right image less the left one, by the cells' gain as bright, without outliers."""
+    rows = len(bands.one) // len(gain)
+    difference = bands.other * gain.repeat(_CELL[0], axis=1).repeat(rows, axis=0)
+    difference -= bands.one
+    limit = _OUTLIER * max(1.4826 * median(np.abs(difference[bands.known])), 0.5)
+    return np.clip(difference, -limit, limit, out=difference)
+
+
+def _products(bands: _Bands, difference: Float32, *, of: int) -> list[Float32]:
+    """Return products of gradients, of two images' with their difference and of each other's."""
+    needed = len(_SLOPE) // 2  # rows
+    bare, inner = (partial(_without, rows=rows, of=of) for rows in (_MARGIN - needed, needed))
+    u_one, v_one = map(inner, _gradients(bare(bands.one)))
+    u_other, v_other = map(inner, _gradients(bare(bands.other)))
+    return [
+        0.5 * (u_one + u_other) * difference,
+        0.5 * (v_one + v_other) * difference,
+        u_one * u_other,
+        u_one * v_other + v_one * u_other,
+        v_one * v_other,
+        v_one * v_one + v_other * v_other,
+    ]
+
+
+def _without(image: _Image, *, rows: int, of: int) -> _Image:
+    """Return stacked bands, so many `of` them, without their first and last `rows`."""
+    width = image.shape[1]
+    return image.reshape(of, -1, width)[:, rows:-rows].reshape(-1, width)
+
+
+def _means(images: list[Float32], *, known: Bool, rows: int) -> Float32:
+    """Return the means of images over cells, in so many rows, of what is known."""
+    inner, weight = np.empty((len(images), *known.shape), np.float32), known.astype(np.float32)
+    for image, of_known in zip(images, inner, strict=True):
+        np.multiply(image, weight, out=of_known)
+    size = known.shape[1] // _CELL[0], len(images) * rows
+    flat = inner.reshape(-1, known.shape[1])
+    means = np.asarray(cv2.resize(flat, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
+    return means.reshape(len(images), rows, -1)
 
 
 def _smoothed(image: UInt8) -> Float32:
