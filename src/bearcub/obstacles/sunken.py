@@ -15,6 +15,7 @@ References
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -129,20 +130,28 @@ def _likeliest(part: FloorLines, every: int) -> _Claim:
     ratios = part.ratios(np.repeat(part.floor[fars, None], lines, axis=1))
     ratios -= np.float32(_PRICE)
     ratios *= (np.arange(lines) >= fars[:, None])[:, :, None]
-    until = ratios.cumsum(axis=1).cumsum(axis=2)
-    before = np.zeros_like(until)
-    before[:, :, 1:] = until[:, :, :-1]
-    least = np.minimum.accumulate(before, axis=2)
-    gain = until - least
-    gain[np.arange(lines) < fars[:, None] + _LEAST_LINES - 1] = 0
-    index, near, right = (int(k) for k in np.unravel_index(int(gain.argmax()), gain.shape))
+    sums = _accumulated(np.add, ratios.transpose(1, 0, 2))
+    until = _accumulated(np.add, sums.transpose(2, 1, 0))
+    least = np.zeros_like(until)
+    least[1:] = until[:-1]
+    gain = until - _accumulated(np.minimum, least)
+    gain[:, np.arange(lines) < fars[:, None] + _LEAST_LINES - 1] = 0
+    right, index, near = (int(k) for k in np.unravel_index(int(gain.argmax()), gain.shape))
     return _Claim(
         far=int(fars[index]),
         near=near,
-        left=int(before[index, near, : right + 1].argmin()),
+        left=int(np.append(0, until[:right, index, near]).argmin()),
         right=right,
-        gain=float(gain[index, near, right]),
+        gain=float(gain[right, index, near]),
     )
+
+
+def _accumulated(operation: np.ufunc, values: Float32) -> Float32:
+    """Accumulate along the first axis, several times as fast as the ufunc does."""
+    accumulated = np.ascontiguousarray(values)
+    for last, row in pairwise(accumulated):
+        operation(last, row, out=row)
+    return accumulated
 
 
 def _even(part: FloorLines) -> bool:
