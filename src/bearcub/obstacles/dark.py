@@ -78,14 +78,15 @@ def _cells(surface: Surface, projection: Projection) -> tuple[Float32, Float32, 
 def _darkest_around(patch: Float32) -> Float32:
     """Return the least that is known on four sides, NaN where less than three are."""
     far = _AROUND
-    wide = np.pad(patch, far, constant_values=np.nan)
     rows, columns = patch.shape
+    wide = np.full((rows + 2 * far, columns + 2 * far), np.nan, dtype=np.float32)
+    wide[far:-far, far:-far] = patch
     sides = np.stack(
         [
             wide[far + down : far + down + rows, far + right : far + right + columns]
             for down, right in ((0, -far), (0, far), (-far, 0), (far, 0))
         ]
     )
-    both = np.isfinite(sides[:2]).all(axis=0) & np.isfinite(sides[2:]).any(axis=0)
-    least = np.where(np.isfinite(sides), sides, np.float32(np.inf)).min(axis=0)
-    return np.where(both, least, np.float32(np.nan))
+    left, right, *ends = np.isfinite(sides)
+    both = left & right & np.logical_or(*ends)
+    return np.where(both, np.fmin.reduce(sides, axis=0), np.float32(np.nan))

@@ -11,6 +11,7 @@ of sums from the first one on, as `m` is linear in the floor's disparity.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -111,19 +112,20 @@ def _lines(
     u = (np.arange(cells, dtype=np.float32) + np.float32(0.5)) * _CELL - np.float32(0.5)
     level = a * middle + b * (window.first + 2 * np.arange(rows) + 0.5) + c
     floor = level + surface.look_up(surface.bend, surface.entry(level.astype(np.float32)))
-    # two rows of the image are one of these
-    row = np.arange(rows)[:, None] - np.rint(a / b * (u - middle) / 2).astype(np.int64)
-    inside = (row >= 0) & (row < rows)
-    place = row.clip(0, rows - 1) * cells + np.arange(cells)
+    # two rows of the image are one of these; there are none beyond the first and the last
+    row = np.rint(a / b * (u - middle) / 2).astype(np.int64)
+    beyond = int(np.abs(row).max())
+    place = (beyond + np.arange(rows)[:, None] - row) * cells + np.arange(cells)
     half = np.maximum(1, np.rint(0.5 * _WIDTH / baseline / _CELL * level)).astype(np.int64)
-    ends = np.arange(cells) + np.stack([-half, half])[:, :, None]
-    first, end = ends.clip(0, cells) + (cells + 1) * np.arange(rows)[:, None]
+    line = (cells + 1) * np.arange(rows)[:, None]
+    first = np.maximum(np.arange(cells) - half[:, None], 0) + line
+    end = np.minimum(np.arange(cells) + half[:, None], cells) + line
 
     def summed(image: Float32) -> Float32:
-        size = cells, rows
-        image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
+        small = cv2.resize(image, (cells, rows), interpolation=cv2.INTER_AREA)
+        padded = cv2.copyMakeBorder(small, beyond, beyond, 0, 0, cv2.BORDER_CONSTANT)
         until = np.zeros((rows, cells + 1), dtype=np.float32)
-        np.cumsum(_CELL * image.take(place) * inside, axis=1, out=until[:, 1:])
+        np.cumsum(_CELL * padded.take(place), axis=1, out=until[:, 1:])
         sums: Float32 = until.take(end) - until.take(first)
         return sums
 
@@ -141,15 +143,19 @@ def _peaks(lines: _Lines, focal: float, low: float, high: float) -> Iterator[Mou
     if len(near) == 0:
         return
     at = floor[:, None].astype(np.float32)
-    seen = _from_first(lines.seen, at * lines.seen)
-    energy = _from_first(lines.energy, at * lines.energy, at * at * lines.energy)
+    sums = np.zeros((len(at) + 1, 5, len(lines.u)), dtype=np.float32)
+    for k, image in enumerate(
+        (lines.seen, at * lines.seen, lines.energy, at * lines.energy, at * at * lines.energy)
+    ):
+        sums[1:, k] = image
+    sums = accumulated(np.add, sums)  # of the lines before each
     sure = np.zeros((len(near), len(lines.u)), dtype=np.float32)
     for length in _LENGTHS:
         lip = focal / (focal / level[near] + length)
         far = np.searchsorted(level, lip)
         wall = np.interp(lip, level, floor).astype(np.float32)[:, None]
-        total, weighed = seen[:, near[0] + 1 : near[-1] + 2] - seen[:, far]
-        one, linear, square = energy[:, near[0] + 1 : near[-1] + 2] - energy[:, far]
+        between = sums[near[0] + 1 : near[-1] + 2] - sums[far]
+        total, weighed, one, linear, square = between.transpose(1, 0, 2)
         together = wall * total - weighed
         expected = square - 2 * wall * linear + wall * wall * one
         told = (together > _SHARES[0] * expected) & (together < _SHARES[1] * expected)
@@ -162,9 +168,16 @@ def _peaks(lines: _Lines, focal: float, low: float, high: float) -> Iterator[Mou
         yield Mouth(u=round(float(lines.u[j])), level=float(level[near[k]]), sure=float(sure[k, j]))
 
 
-def _from_first(*images: Float32) -> Float32:
-    """Return the sums of the lines before each, shape (K, N + 1, M)."""
-    sums = np.zeros((len(images), len(images[0]) + 1, images[0].shape[1]), dtype=np.float32)
-    for image, until in zip(images, sums, strict=True):
-        np.cumsum(image, axis=0, out=until[1:])
-    return sums
+def accumulated(operation: np.ufunc, values: Float32) -> Float32:
+    """Accumulate along the first axis, as the ufunc does, several times as fast.
+
+    Parameters
+    ----------
+    operation : ufunc
+        Of two arguments.
+    values : ndarray of float32, shape (N, ...)
+    """
+    result = np.ascontiguousarray(values)
+    for last, row in pairwise(result):
+        operation(last, row, out=row)
+    return result

@@ -15,13 +15,12 @@ References
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
 from bearcub.messages import Float32
 from bearcub.obstacles.floor_lines import FloorLines, floor_lines
-from bearcub.obstacles.mouths import Mouth
+from bearcub.obstacles.mouths import Mouth, accumulated
 from bearcub.obstacles.upright import Scene
 
 _BEFORE, _BEHIND = 0.4, 1.3  # ground before and behind the lip that is looked at [m]
@@ -130,11 +129,11 @@ def _likeliest(part: FloorLines, every: int) -> _Claim:
     ratios = part.ratios(np.repeat(part.floor[fars, None], lines, axis=1))
     ratios -= np.float32(_PRICE)
     ratios *= (np.arange(lines) >= fars[:, None])[:, :, None]
-    sums = _accumulated(np.add, ratios.transpose(1, 0, 2))
-    until = _accumulated(np.add, sums.transpose(2, 1, 0))
+    sums = accumulated(np.add, ratios.transpose(1, 0, 2))
+    until = accumulated(np.add, sums.transpose(2, 1, 0))
     least = np.zeros_like(until)
     least[1:] = until[:-1]
-    gain = until - _accumulated(np.minimum, least)
+    gain = until - accumulated(np.minimum, least)
     gain[:, np.arange(lines) < fars[:, None] + _LEAST_LINES - 1] = 0
     right, index, near = (int(k) for k in np.unravel_index(int(gain.argmax()), gain.shape))
     return _Claim(
@@ -144,14 +143,6 @@ def _likeliest(part: FloorLines, every: int) -> _Claim:
         right=right,
         gain=float(gain[right, index, near]),
     )
-
-
-def _accumulated(operation: np.ufunc, values: Float32) -> Float32:
-    """Accumulate along the first axis, several times as fast as the ufunc does."""
-    accumulated = np.ascontiguousarray(values)
-    for last, row in pairwise(accumulated):
-        operation(last, row, out=row)
-    return accumulated
 
 
 def _even(part: FloorLines) -> bool:
