@@ -132,7 +132,7 @@ def floor_lines(
     bend = scene.surface.look_up(scene.surface.bend, scene.surface.entry(level))
     raw = level + bend - np.float32(scene.offset)
     known = (v >= 0) & (v <= height - 1) & (u >= raw[:, None])
-    if known.mean() < _KNOWN:
+    if np.count_nonzero(known) < _KNOWN * known.size:
         return None
     left, right, corner = _cropped(scene, u, v, float(raw[-1]), step if shrunk else (1, 1))
     v -= np.float32(corner[1])

@@ -128,13 +128,13 @@ def _likeliest(part: FloorLines, every: int) -> _Claim:
     fars = np.arange(1, lines - _LEAST_LINES, every)
     ratios = part.ratios(np.repeat(part.floor[fars, None], lines, axis=1))
     ratios -= np.float32(_PRICE)
-    ratios *= (np.arange(lines) >= fars[:, None])[:, :, None]
+    ratios[np.arange(lines) < fars[:, None]] = 0
     sums = accumulated(np.add, ratios.transpose(1, 0, 2))
     until = accumulated(np.add, sums.transpose(2, 1, 0))
     least = np.zeros_like(until)
     least[1:] = until[:-1]
     gain = until - accumulated(np.minimum, least)
-    gain[:, np.arange(lines) < fars[:, None] + _LEAST_LINES - 1] = 0
+    gain *= (np.arange(lines) >= fars[:, None] + _LEAST_LINES - 1).astype(np.float32)
     right, index, near = (int(k) for k in np.unravel_index(int(gain.argmax()), gain.shape))
     return _Claim(
         far=int(fars[index]),
