@@ -91,29 +91,16 @@ void Refiner::refine_stripe(int stripe, const float* from, float* to, const floa
     }
 }
 
-namespace {
-
-// Beyond its ends a row goes back the way it came.
-template <class T>
-void extend(T* row, int width) {
-    for (int i = 1; i <= kHalfWindow; ++i) {
-        row[-i] = row[reflected(-i, width)];
-        row[width - 1 + i] = row[reflected(width - 1 + i, width)];
-    }
-}
-
-}  // namespace
-
 void Refiner::load(int row, const float* from, Rings& rings) const {
     uint8_t *left = rings.left_row(row), *right = rings.right.data();
     std::memcpy(left, left_.row(row), width_);
-    extend(left, width_);
+    reflect(left, width_, kHalfWindow);
     std::memcpy(right, right_.row(row), width_);
     right[width_] = right[width_ - 1];
     float* matched = rings.row(Rings::matched, row);
     kernels_.matched(right, from + static_cast<std::ptrdiff_t>(row) * width_, width_,
                      rings.words.data(), matched);
-    extend(matched, width_);
+    reflect(matched, width_, kHalfWindow);
 }
 
 void Refiner::differ(int row, const float* from, Rings& rings) const {
@@ -126,7 +113,7 @@ void Refiner::differ(int row, const float* from, Rings& rings) const {
     float* difference = rings.row(Rings::difference, row);
     kernels_.differences(left, matched, from + static_cast<std::ptrdiff_t>(row) * width_, width_,
                          rings.row(Rings::slope, row), difference);
-    extend(difference, width_);
+    reflect(difference, width_, kHalfWindow);
     kernels_.sums(difference, width_, rings.scratch.data(),
                   rings.row(Rings::difference_sums, row));
 }
@@ -142,7 +129,7 @@ void Refiner::multiply(int row, Rings& rings) const {
                          rings.products.data() + rings.pitch + kMargin};
     kernels_.products(sums, rings.row(Rings::difference, row), rings.row(Rings::slope, row), width_,
                       products[0], products[1]);
-    for (float* product : products) extend(product, width_);
+    for (float* product : products) reflect(product, width_, kHalfWindow);
     kernels_.sums(products[0], width_, rings.scratch.data(), cross);
     kernels_.sums(products[1], width_, rings.scratch.data(), square);
 }
