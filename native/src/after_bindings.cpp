@@ -18,6 +18,7 @@
 #include "parallax.h"
 #include "peaks.h"
 #include "profile.h"
+#include "walls.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -265,6 +266,19 @@ void assign(const Row<const int32_t>& cell, const Row<const bool>& tall,
                   peaks.data(), foot_levels, foot_columns, numbered, number.data());
 }
 
+std::tuple<int, int, int, int, float> wall(
+    const Grid<const float>& right, const Row<const float>& u, const Row<const float>& floor,
+    const Grid<const float>& v, const Grid<const float>& left, const Grid<const float>& misfit,
+    const Grid<const bool>& known, const std::array<float, 4>& odds, int every, int least) {
+    const FloorLines part{right.data(), static_cast<int>(right.shape(0)),
+                          static_cast<int>(right.shape(1)), u.data(), floor.data(), v.data(),
+                          left.data(), misfit.data(), known.data(), static_cast<int>(v.shape(0)),
+                          static_cast<int>(v.shape(1))};
+    const nb::gil_scoped_release release;
+    const Wall found = likeliest_wall(part, {odds[0], odds[1], odds[2], odds[3]}, every, least);
+    return {found.far, found.near, found.left, found.right, found.gain};
+}
+
 }  // namespace
 
 void bind_after(nb::module_& m) {
@@ -345,6 +359,7 @@ void bind_after(nb::module_& m) {
     m.def("find_feet", &feet, "left"_a, "right"_a, "plane"_a, "bend"_a, "offset"_a, "strip"_a,
           "bands"_a, "tuning"_a, "level"_a = nb::none());
     m.def("look_for_parallax", &look);
+    m.def("likeliest_wall", &wall);
     m.def("let_go",
           [](const Row<const bool>& overhead, const Row<const int64_t>& index, int columns,
              double share, const Row<uint16_t>& number) {

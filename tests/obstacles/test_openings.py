@@ -20,13 +20,15 @@ from bearcub.obstacles import openings as module
 from bearcub.obstacles.cloud import View
 from bearcub.obstacles.dark import dark_patches
 from bearcub.obstacles.descent import descent
+from bearcub.obstacles.floor_lines import floor_lines
 from bearcub.obstacles.mouths import Mouth, mouths
 from bearcub.obstacles.openings import openings
 from bearcub.obstacles.regions import Region
 from bearcub.obstacles.sorting import Sorter
-from bearcub.obstacles.sunken import opening
+from bearcub.obstacles.sunken import likeliest, opening
 from bearcub.obstacles.upright import Scene
 from bearcub.obstacles.verify import Witness
+from bearcub.stereo.native import COMPILED
 
 SHAPE = (200, 320)
 # level, 1.2 m above a floor of ten rows per level; 12 px are 4 m
@@ -127,6 +129,22 @@ def test_a_mouth_is_as_large_as_the_images_show(sure_ground: Ground) -> None:
     assert (sunken.left, sunken.right) == pytest.approx((130, 189), abs=4)
     assert sunken.near == pytest.approx(12.05, abs=0.25)
     assert sunken.far == pytest.approx(10.55, abs=0.4)  # close to it the wall is no lower
+
+
+@pytest.mark.skipif(not COMPILED, reason="there is no compiled core")
+@pytest.mark.parametrize(("most", "every"), [((36, 90), 1), ((24, 48), 2)])
+@pytest.mark.parametrize("first", [60, -15])
+def test_core_and_numpy_find_the_same_wall(
+    sure_ground: Ground, *, first: int, most: tuple[int, int], every: int
+) -> None:
+    scene = images(pictures(pit=True), sure_ground)
+    part = floor_lines(scene, (first, 260), (9.6, 13.5), most=most)
+    assert part is not None
+    assert part.known.all() == (first > 0)
+    core, numpy = (likeliest(part, every, compiled=compiled) for compiled in (True, False))
+    assert core.gain == pytest.approx(numpy.gain, rel=1e-4)  # rounding
+    assert replace(core, gain=numpy.gain) == numpy
+    assert numpy.gain > 20
 
 
 def test_where_disparities_have_an_offset_it_is_as_large(sure_ground: Ground) -> None:

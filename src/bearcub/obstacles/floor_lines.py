@@ -14,7 +14,7 @@ from bearcub.robust import median
 _OFF = (-0.3, -0.15, 0.0, 0.15, 0.3)  # that the floor may be off where it is told [px]
 _SMOOTH = np.array([0.25, 0.5, 0.25], dtype=np.float32)  # or noise would look like texture
 _TOGETHER = (2.67, 1.4)  # neighbours along an axis whose noise is one: smoothed, shrunk
-_LARGEST = 16.0  # squared misfit that says all there is to say [variances]
+LARGEST = 16.0  # squared misfit that says all there is to say [variances]
 _ROUNDING = 0.1  # variance of grey levels that rounding leaves, smoothed
 _MEDIAN_SQUARE = 0.455  # of a normal variable
 _KNOWN = 0.7  # share of pixels that must be in both images
@@ -66,6 +66,11 @@ class FloorLines:
     misfit: Float32
     together: float
 
+    @property
+    def weight(self) -> float:
+        """What a difference of misfits weighs as a log-likelihood ratio of a pixel."""
+        return 0.5 / self.together
+
     def ratios(self, claims: Float32) -> Float32:
         """Return log-likelihood ratios of claimed disparities against the floor's.
 
@@ -80,7 +85,7 @@ class FloorLines:
         """
         ratios = _misfits(self, claims)
         np.subtract(self.misfit, ratios, out=ratios)
-        ratios *= self.known * np.float32(0.5 / self.together)
+        ratios *= self.known * np.float32(self.weight)
         return ratios
 
     def ratio(self, claim: Float32) -> Float32:
@@ -184,7 +189,7 @@ def _settled(found: FloorLines) -> FloorLines:
     middle = len(_OFF) // 2
     scale = 1 / (median(squares[middle][known]) / _MEDIAN_SQUARE + _ROUNDING)
     squares *= np.float32(scale)
-    np.minimum(squares, np.float32(_LARGEST), out=squares)
+    np.minimum(squares, np.float32(LARGEST), out=squares)
     best = int((squares * known).sum(axis=(1, 2)).argmin())
     return replace(brighter, floor=claims[best], scale=scale, misfit=squares[best])
 
@@ -192,7 +197,7 @@ def _settled(found: FloorLines) -> FloorLines:
 def _misfits(found: FloorLines, claims: Float32) -> Float32:
     squares = _squares(found, claims)
     squares *= np.float32(found.scale)
-    return np.minimum(squares, np.float32(_LARGEST), out=squares)
+    return np.minimum(squares, np.float32(LARGEST), out=squares)
 
 
 def _squares(found: FloorLines, claims: Float32) -> Float32:

@@ -19,9 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from bearcub.messages import Float32
-from bearcub.obstacles.floor_lines import FloorLines, floor_lines
+from bearcub.obstacles.floor_lines import LARGEST, FloorLines, floor_lines
 from bearcub.obstacles.mouths import Mouth, accumulated
 from bearcub.obstacles.upright import Scene
+from bearcub.stereo.native import COMPILED, core
 
 _BEFORE, _BEHIND = 0.4, 1.3  # ground before and behind the lip that is looked at [m]
 _NEAREST = 0.3  # [m]
@@ -64,8 +65,17 @@ class Sunken:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Claim:
-    """First and last lines and columns of a wall; its log-likelihood ratio against the floor."""
+class Claim:
+    """First and last lines and columns of a wall; its log-likelihood ratio against the floor.
+
+    Attributes
+    ----------
+    far, near : int
+        Lines.
+    left, right : int
+        Columns.
+    gain : float
+    """
 
     far: int
     near: int
@@ -75,10 +85,12 @@ class _Claim:
 
     @property
     def lines(self) -> slice:
+        """All of its lines."""
         return slice(self.far, self.near + 1)
 
     @property
     def columns(self) -> slice:
+        """All of its columns."""
         return slice(self.left, self.right + 1)
 
 
@@ -98,7 +110,7 @@ def opening(scene: Scene, mouth: Mouth) -> Sunken | None:
         part = _around(scene, mouth, aside, _FINE)
         if part is None:
             return None
-        claim = _likeliest(part, 1)
+        claim = likeliest(part, 1)
         if claim.gain < _LIKELY or not _even(part):
             return None
         if claim.left > 1 and claim.right < len(part.u) - 2:
@@ -109,7 +121,7 @@ def opening(scene: Scene, mouth: Mouth) -> Sunken | None:
 def _worth_it(scene: Scene, mouth: Mouth) -> bool:
     """Take a first, coarse look."""
     part = _around(scene, mouth, _ASIDE[0], _COARSE)
-    return part is not None and _likeliest(part, 2).gain >= _WORTH
+    return part is not None and likeliest(part, 2).gain >= _WORTH
 
 
 def _around(scene: Scene, mouth: Mouth, aside: float, most: tuple[int, int]) -> FloorLines | None:
@@ -122,8 +134,37 @@ def _around(scene: Scene, mouth: Mouth, aside: float, most: tuple[int, int]) -> 
     return floor_lines(scene, (mouth.u - reach, mouth.u + reach), levels, most=most)
 
 
-def _likeliest(part: FloorLines, every: int) -> _Claim:
-    """Return the likeliest wall that hangs down from one of the lines, every so many of them."""
+def likeliest(part: FloorLines, every: int, *, compiled: bool = COMPILED) -> Claim:
+    """Return the likeliest wall that hangs down from one of the lines.
+
+    Parameters
+    ----------
+    part : FloorLines
+    every : int
+        Of so many lines from the second on one is tried.
+    compiled : bool
+        By the native core, ``native/src/walls.cpp``; else by NumPy. The same but for rounding.
+    """
+    return (_compiled if compiled else _in_numpy)(part, every)
+
+
+def _compiled(part: FloorLines, every: int) -> Claim:
+    far, near, left, right, gain = core.likeliest_wall(
+        part.right,
+        part.u - np.float32(part.first),
+        part.floor,
+        part.v,
+        part.left,
+        part.misfit,
+        part.known,
+        (part.scale, LARGEST, part.weight, _PRICE),
+        every,
+        _LEAST_LINES,
+    )
+    return Claim(far=far, near=near, left=left, right=right, gain=gain)
+
+
+def _in_numpy(part: FloorLines, every: int) -> Claim:
     lines = len(part.v)
     fars = np.arange(1, lines - _LEAST_LINES, every)
     ratios = part.ratios(np.repeat(part.floor[fars, None], lines, axis=1))
@@ -136,7 +177,7 @@ def _likeliest(part: FloorLines, every: int) -> _Claim:
     gain = until - accumulated(np.minimum, least)
     gain *= (np.arange(lines) >= fars[:, None] + _LEAST_LINES - 1).astype(np.float32)
     right, index, near = (int(k) for k in np.unravel_index(int(gain.argmax()), gain.shape))
-    return _Claim(
+    return Claim(
         far=int(fars[index]),
         near=near,
         left=int(np.append(0, until[:right, index, near]).argmin()),
@@ -153,7 +194,7 @@ def _even(part: FloorLines) -> bool:
     return bool(np.abs(bend).max() < _EVEN)
 
 
-def _bordered(part: FloorLines, claim: _Claim) -> bool:
+def _bordered(part: FloorLines, claim: Claim) -> bool:
     """Tell whether floor is all around."""
     share, least = _BORDER
     side = max(least, math.ceil(share * (claim.right - claim.left + 1)))
@@ -176,7 +217,7 @@ def _bordered(part: FloorLines, claim: _Claim) -> bool:
     return all_there and sum(told) < _RETURNS[0] and max(told) < most
 
 
-def _sunken(part: FloorLines, claim: _Claim) -> Sunken:
+def _sunken(part: FloorLines, claim: Claim) -> Sunken:
     """Return the mouth that a claim and the side walls beside it are."""
     left, right = _sides(part, claim)
     line = float(part.level[1] - part.level[0])
@@ -192,7 +233,7 @@ def _sunken(part: FloorLines, claim: _Claim) -> Sunken:
     )
 
 
-def _sides(part: FloorLines, claim: _Claim) -> tuple[int, int]:
+def _sides(part: FloorLines, claim: Claim) -> tuple[int, int]:
     """Return the first and last column of a mouth whose side walls are seen.
 
     A side wall has disparities between those of the far wall and the floor.

@@ -174,6 +174,19 @@ def find_feet(
     tuning: FeetTuning,
     level: str | None = None,
 ) -> list[tuple[int, int, float, float]]: ...
+def likeliest_wall(
+    right: _Float,
+    u: _Float,
+    floor: _Float,
+    v: _Float,
+    left: _Float,
+    misfit: _Float,
+    known: _Bool,
+    odds: tuple[float, float, float, float],
+    every: int,
+    least: int,
+    /,
+) -> tuple[int, int, int, int, float]: ...
 
 class FaceTuning:
     def __init__(
