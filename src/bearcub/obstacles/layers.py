@@ -37,7 +37,8 @@ class Painter:
     def __call__(self) -> Painting:
         """Paint every pixel."""
         part = self.sorter.part(slice(None), slice(None))
-        numbers = self.segments.enlarged(self.segments.labels, part)
+        own = self.segments
+        numbers = own.enlarged(own.labels, part.between(own.farthest_level, own.nearest_level))
         labels = self._complete(self.identities.take(numbers), 1)
         return Painting(floor=part.floor, kind=kinds(part, labels), labels=labels)
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bearcub.geometry import Projection
+from bearcub.messages import Bool
 from bearcub.obstacles.histograms import level_centres, to_cells
 from bearcub.obstacles.peaks import PeakFinder
 from bearcub.obstacles.sorting import Sorter, Sorting
@@ -118,24 +119,16 @@ class Segments:
                 s, (u, v) = self.step, self._places(index)
                 yield Member(number=k, u=s * u, v=s * v, stride=s, pixels=count * s**2)
 
-    def enlarged(
-        self,
-        labels: "NDArray[np.uint16]",
-        part: Sorting,
-        levels: tuple[float, float] | None = None,
-    ) -> "NDArray[np.uint16]":
-        """Return a window of labels at full resolution, where pixels of `part` stand.
+    def enlarged(self, labels: "NDArray[np.uint16]", standing: Bool) -> "NDArray[np.uint16]":
+        """Return a window of labels at full resolution, where pixels of it are `standing`.
 
-        Pixels left of and above a sampled one are its thing's, too, between the smallest and the
-        largest disparity of `levels`, by default all that were looked at.
+        Pixels left of and above a sampled one are its thing's, too.
         """
         if self.step > 1:
             grown = np.asarray(cv2.dilate(labels, _TO_LEFT_ABOVE, anchor=(0, 0)), dtype=np.uint16)
             labels = grown.repeat(self.step, axis=1).repeat(self.step, axis=0)  # the fast order
-        height, width = part.standing.shape
-        return labels[:height, :width] * part.between(
-            *(levels or (self.farthest_level, self.nearest_level))
-        )
+        height, width = standing.shape
+        return labels[:height, :width] * standing
 
     def _places(self, index: Index) -> tuple[Index, Index]:
         """Return columns and rows of pixels of the grid."""
@@ -176,16 +169,19 @@ class Segments:
         u, v = self._places(index)
         top, left, bottom, right = int(v[0]), int(u.min()), int(v[-1]) + 1, int(u.max()) + 1
         s = self.step
-        part = sorter.part(slice(s * top, s * bottom), slice(s * left, s * right))
+        place = slice(s * top, s * bottom), slice(s * left, s * right)
         own = self.labels[top:bottom, left:right] == k
         d = sorter.disparity[s * v, s * u]
         levels = (
             max(self.farthest_level, float(d.min()) / _WITHIN),
             min(self.nearest_level, float(d.max()) * _WITHIN),
         )
-        window = self.enlarged(own.astype(np.uint16), part, levels) > 0
-        if trim is not None:
-            window = trim(window, part)
+        labels = own.astype(np.uint16)
+        if trim is None:
+            window = self.enlarged(labels, sorter.standing(*place, *levels)) > 0
+        else:
+            part = sorter.part(*place)
+            window = trim(self.enlarged(labels, part.between(*levels)) > 0, part)
         index = np.flatnonzero(window)
         v = index // window.shape[1]
         return index - window.shape[1] * v + s * left, v + s * top

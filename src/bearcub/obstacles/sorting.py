@@ -146,6 +146,19 @@ class Sorter:
             below=truths[2],
         )
 
+    def standing(self, rows: slice, columns: slice, farthest: float, nearest: float) -> Bool:
+        """Return which pixels of a window stand and have a disparity from one to the other [px]."""
+        height, width = self.disparity.shape
+        v, u = np.arange(*rows.indices(height)), np.arange(*columns.indices(width))
+        d = self.disparity[rows, columns]
+        floor = self.surface.level(u[None, :], v[:, None])
+        entry = self.surface.entry(floor)
+        floor += self.surface.look_up(self.surface.bend, entry)
+        found: Bool = d - floor > self.surface.look_up(self.tolerance, entry)  # not where NaN
+        found &= d <= nearest
+        found &= d >= farthest
+        return found
+
     def _sort(self, u: Index, v: Index, floats: Float32, truths: Bool) -> None:
         """Fill in floor, residual and allowed, and what the pixels are."""
         disparity, floor, residual, allowed = floats
