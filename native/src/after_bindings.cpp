@@ -310,8 +310,9 @@ void bind_after(nb::module_& m) {
     m.def("find_ends", &ends);
     m.def("mark_peaks", &mark);
     nb::class_<FaceTuning>(m, "FaceTuning")
-        .def(nb::init<int, double, double, int, double, double>(), nb::kw_only(), "near"_a, "leans"_a,
-             "sharpest"_a, "straight"_a, "on_line"_a, "most"_a);
+        .def(nb::init<int, double, double, double, double, double, int, double, double>(),
+             nb::kw_only(), "near"_a, "leans"_a, "sharpest"_a, "round"_a, "no_noise"_a, "roundest"_a,
+             "straight"_a, "on_line"_a, "most"_a);
     nb::class_<Thing>(m, "Cloud")
         .def("__init__",
              [](Thing* self, const std::array<double, 5>& lens,
@@ -333,8 +334,9 @@ void bind_after(nb::module_& m) {
                  return std::tuple(ends.low, ends.high);
              })
         .def("face",
-             [](const Thing& thing, double right, double left, double pixel, double blur) {
-                 const Face face = face_of(thing, right, left, pixel, blur, thing.tuning);
+             [](const Thing& thing, double right, double left, double pixel, double blur,
+                double alike) {
+                 const Face face = face_of(thing, right, left, pixel, blur, alike, thing.tuning);
                  return std::tuple(face.range_right, face.range_left, face.width, face.distance,
                                    face.nearest, face.count);
              })

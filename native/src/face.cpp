@@ -95,19 +95,21 @@ std::pair<double, double> ends(const Values& ranges, const Values& bearings, dou
     return {1 / first, 1 / last};
 }
 
-// The range at an end, half a direction beyond the outermost one's middle.
-double at_the_end(double first, double second, double sharpest) {
-    const double limit = sharpest * first;
-    return first + std::min(std::max(0.5 * (first - second), -limit), limit);
+// The range at an end, half a direction beyond the outermost one's middle; round things recede.
+double at_the_end(double first, double second, double third, double grain, const FaceTuning& t) {
+    const double growth = first - second, before = second - third;
+    const double rounded = before > 0 ? growth - before - t.no_noise * grain : 0;
+    const double more = 0.5 * growth + t.round * std::max(rounded, 0.0);
+    return first + std::min(std::max(more, -t.sharpest * first), t.roundest * first);
 }
 
 // The extent across the line of sight between the two silhouettes.
-double chord(const Values& ranges, double angle, double sharpest) {
+double chord(const Values& ranges, double angle, double grain, const FaceTuning& tuning) {
     const std::size_t last = ranges.size() - 1;
     double both = ranges[0] + ranges[last];
     if (last >= 2) {
-        both = at_the_end(ranges[0], ranges[1], sharpest) +
-               at_the_end(ranges[last], ranges[last - 1], sharpest);
+        both = at_the_end(ranges[0], ranges[1], ranges[2], grain, tuning) +
+               at_the_end(ranges[last], ranges[last - 1], ranges[last - 2], grain, tuning);
     }
     return both * std::sin(0.5 * angle);
 }
@@ -115,7 +117,7 @@ double chord(const Values& ranges, double angle, double sharpest) {
 }  // namespace
 
 Face face_of(const Cloud& cloud, double right, double left, double pixel, double blur,
-             const FaceTuning& tuning) {
+             double alike, const FaceTuning& tuning) {
     const double columns = std::max(1.0, (left - right) / pixel);
     const int groups = std::min(std::max(static_cast<int>(std::floor(columns / 4)), 1), 13);
     const double step = (left - right) / groups;
@@ -136,10 +138,12 @@ Face face_of(const Cloud& cloud, double right, double left, double pixel, double
     const auto nearest =
         static_cast<int>(std::min_element(ranges.begin(), ranges.end()) - ranges.begin());
     const auto [range_right, range_left] = ends(ranges, bearings, right, left, tuning);
+    const double distance = ranges[nearest] - to_the_point(ranges, nearest, tuning.sharpest);
+    const double share = std::sqrt(alike / std::max(counts[nearest], alike));
     return {range_right,
             range_left,
-            chord(ranges, left - right, tuning.sharpest),
-            ranges[nearest] - to_the_point(ranges, nearest, tuning.sharpest),
+            chord(ranges, left - right, blur * distance * distance * share, tuning),
+            distance,
             bearings[nearest],
             counts[nearest]};
 }

@@ -8,7 +8,7 @@ namespace bearcub {
 // The numbers of face.py that shape the answer, under its names.
 struct FaceTuning {
     int near;
-    double leans, sharpest;
+    double leans, sharpest, round, no_noise, roundest;
     int straight;
     double on_line, most;
 };
@@ -17,7 +17,9 @@ struct Face {
     double range_right, range_left, width, distance, nearest, count;
 };
 
-// Between two bearings; `pixel` is an angle, `blur` the 1-sigma of 1 / range that noise makes.
-Face face_of(const Cloud&, double right, double left, double pixel, double blur, const FaceTuning&);
+// Between two bearings; `pixel` is an angle, `blur` the 1-sigma of 1 / range that noise makes, and
+// `alike` how many neighbouring pixels err together.
+Face face_of(const Cloud&, double right, double left, double pixel, double blur, double alike,
+             const FaceTuning&);
 
 }  // namespace bearcub

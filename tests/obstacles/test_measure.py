@@ -107,10 +107,11 @@ def test_ends_of_what_is_turned_towards_us_with_an_edge_are_its_own() -> None:
     assert [found.range_right, found.range_left] == pytest.approx(ends, abs=0.06)
 
 
-def test_error_that_all_pixels_share_is_passed_on_in_full() -> None:
+def test_error_that_all_pixels_share_does_not_average_out() -> None:
     # dZ = Z dd / d: 0.2 px of 10 px at 4 m are 8 cm, whatever the number of pixels
+    # and a range has 0.85 of them: a height has the floor's error, too
     shared = board(bias=0.2).sigma_distance
-    assert shared == pytest.approx(0.08, rel=0.1)
+    assert shared == pytest.approx(0.85 * 0.08, rel=0.1)
 
 
 def test_a_thing_turned_round_the_robot_keeps_its_size() -> None:
@@ -181,3 +182,17 @@ def measured(
         stride=1,
         pixels=len(u),
     )
+
+
+@pytest.mark.parametrize("noise", [0.3, 3.0])
+def test_a_round_thing_is_seen_to_its_silhouettes_unless_noise_hides_that(noise: float) -> None:
+    # a can of 0.5 m, its axis 1.75 m away: it ends 8.2 degrees to either side, 1.732 m away
+    radius, axis = 0.25, 1.75
+    u, v = (grid.ravel().astype(float) for grid in np.meshgrid(range(140, 260), range(170, 230)))
+    angle = np.arctan((199.5 - u) / 400)
+    seen = np.abs(np.sin(angle)) < radius / axis
+    u, v, angle = u[seen], v[seen], angle[seen]
+    reach = axis * np.cos(angle) - np.sqrt(radius**2 - (axis * np.sin(angle)) ** 2)
+    found = measured(u, v, (40 / (reach * np.cos(angle))).astype(np.float32), noise=noise)
+    chord = 2 * 1.732 * radius / axis
+    assert found.width / chord == pytest.approx(0.981 if noise < 1 else 0.966, abs=0.005)

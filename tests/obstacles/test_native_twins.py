@@ -136,7 +136,7 @@ def test_points_are_measured_alike(
 
     same("sides", 1.0 / LENS.fx, share)
     same("heights", 0.03, share)
-    same("face", *first.sides(1.0 / LENS.fx, share), 1.0 / LENS.fx, blur)
+    same("face", *first.sides(1.0 / LENS.fx, share), 1.0 / LENS.fx, blur, 25.0)
     same("range", share)
     same("height_before", 2.9, share)
     same("squares")

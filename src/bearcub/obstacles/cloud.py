@@ -72,7 +72,9 @@ class Cloud(Protocol):
     def heights(self, step: float, share: float) -> tuple[float, float]:
         """Return the heights between which they lie [m]; see `sides`."""
 
-    def face(self, right: float, left: float, pixel: float, blur: float) -> tuple[float, ...]:
+    def face(
+        self, right: float, left: float, pixel: float, blur: float, alike: float
+    ) -> tuple[float, ...]:
         """Return the numbers of the `Face` between two bearings [rad].
 
         Parameters
@@ -83,6 +85,8 @@ class Cloud(Protocol):
             [rad].
         blur : float
             1-sigma of 1 / range that noise makes [1/m].
+        alike : float
+            Neighbouring pixels that err together.
         """
 
     def range(self, share: float) -> float:
@@ -135,8 +139,8 @@ class _InNumpy:
     def heights(self, step: float, share: float) -> tuple[float, float]:
         return _ends(self._height, step, share)
 
-    def face(self, right: float, left: float, pixel: float, blur: float) -> Face:
-        return face_of(self._directions, right, left, pixel=pixel, blur=blur)
+    def face(self, right: float, left: float, pixel: float, blur: float, alike: float) -> Face:
+        return face_of(self._directions, right, left, pixel=pixel, blur=blur, alike=alike)
 
     def _directions(
         self, right: float, left: float, count: int, near: int

@@ -24,6 +24,7 @@ _UPPER = 1.5  # ... of where the top is
 _CARRIED = 0.75  # ... as a share of how far the matcher carries things
 _MIDDLE = 0.55  # ... of the middle between two, as a share of it: their errors are alike
 _TOP_FACE = 1.6  # times the noise that a top face seen from above is thick, as is the top
+_OWN = 0.85  # share of the error of a height's two disparities, the floor's and its own, in a range
 _BLURRED = 0.02  # 1-sigma of a width, share of it: tapers
 MARGIN = 6  # rows and columns at the image's border that a matcher may lose [px]
 _BLOCK = 25.0  # neighbouring pixels of a matcher that err together
@@ -119,12 +120,14 @@ def measure(
     cloud = cloud_of(view, u, v, disparity, compiled=compiled)
     pixel, focal = 1.0 / view.projection.fx, view.projection.fx * view.projection.baseline
     right, left, narrow = _sides(cloud, stride * pixel, pixel=pixel, fringe=fringe)
-    face = Face(*cloud.face(right, left, pixel, noise / focal))
+    face = Face(*cloud.face(right, left, pixel, noise / focal, _BLOCK / weight))
     distance, width = face.distance, 0.0 if narrow else face.width
     level = focal / max(distance, 1e-6)  # the disparity of its nearest point
     spread = math.sqrt(noise**2 * _BLOCK / max(weight * face.pixels, _BLOCK) + bias**2)
-    sigma_distance = distance * spread / level
+    sigma_distance = _OWN * distance * spread / level
     edge = math.hypot(_EDGE, 0.5 * fringe) * pixel
+    # the image will tell how sure the sides are, and how upright
+    side, tapers = (0.0, 0.0) if witnessed else (edge, _BLURRED)
     row = cloud.range(0.5) * pixel
     low, high = _heights(cloud, row, stride=stride, fattening=fattening)
     lift = surface.lift(BEFORE * level)
@@ -149,9 +152,9 @@ def measure(
         ground=lift,
         climb=math.nan if witnessed and risen - lift > RISEN * (high - lift) else _climb(cloud),
         sigma_distance=sigma_distance,
-        sigma_bearing=_MIDDLE * edge,
+        sigma_bearing=_MIDDLE * side,
         sigma_width=math.hypot(
-            math.sqrt(2) * edge * distance, width * spread / level, _BLURRED * width
+            math.sqrt(2) * side * distance, width * spread / level, tapers * width
         ),
         # a visible top face is as thick as its noise, and ends higher for it
         sigma_top=math.hypot(

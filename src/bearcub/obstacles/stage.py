@@ -32,6 +32,7 @@ from bearcub.obstacles.layers import Painter
 from bearcub.obstacles.measure import MARGIN, RISEN, STEP, Extent, cut_sides, measure
 from bearcub.obstacles.ramps import carries_on, over_a_crest
 from bearcub.obstacles.segment import Member, Segments, segment
+from bearcub.obstacles.silhouette import with_silhouettes
 from bearcub.obstacles.small import small_things
 from bearcub.obstacles.sorting import Sorter, Sorting
 from bearcub.obstacles.strips import without_strips
@@ -58,6 +59,7 @@ _WITNESSED = 2 / 3  # of the sigmas will do where the images can be asked
 _TRIMMED = 0.25  # past a silhouette lies the column in which trimming ends, on average [px]
 _FEET = 0.25  # 1-sigma of how much wider a thing is at its foot, share of the height that is hidden
 _FLARES = 1.5  # ... share of how much wider its lower third is than its upper one
+_SEEN_FLARES = 0.3  # ... where the images are asked for the foot, see `with_silhouettes`
 _GOES_ON = 0.5  # 1-sigma of how far a thing goes on where nothing is matched, share of the columns
 _REFINED = 4.0  # half the window in which a matched map was refined [px]
 _ACROSS = 0.9  # share of the columns of ground that goes on beyond both borders
@@ -270,13 +272,20 @@ class ObstacleStage:
         boxes: dict[int, Box] = {}
         obstacles: list[Obstacle] = []
         shape, first_row = frame.disparity.disparity.shape, frame.disparity.first_row
-        for identity, thing in enumerate(self._things(frame), start=1):
+        for identity, thing in enumerate(self._whole(frame), start=1):
             identities[list(thing.numbers)] = identity
             if not thing.numbers:
                 boxes[identity] = thing.box
             cut = cut_sides(thing.box, shape, first_row=first_row)
-            obstacles.append(self._obstacle(identity, self._with_doubt(thing, frame), cut))
+            obstacles.append(self._obstacle(identity, thing, cut))
         return tuple(obstacles), identities, boxes
+
+    def _whole(self, frame: _Frame) -> list[Thing]:
+        """Return the things between sides as sure as the images, or what is beside them, tell."""
+        things = self._things(frame)
+        if frame.witness is not None:
+            return with_silhouettes(things, frame.witness.left, frame.view)
+        return [self._with_doubt(thing, frame) for thing in things]
 
     def _things(self, frame: _Frame) -> list[Thing]:
         """Measure every segment that counts, and what the images alone show."""
@@ -365,11 +374,12 @@ class ObstacleStage:
                 hangs, least = False, _SURE_FOOT
         sure = self._sure(extent, member.pixels, frame, hangs=hangs)
         flare = flaring(member) / self.projection.fx
+        feet, flares = (0.0, _SEEN_FLARES) if witnessed else (_FEET, _FLARES)
         seen = replace(
             extent,
             bottom=extent.bottom if hangs else 0.0,
             sigma_width=math.hypot(
-                extent.sigma_width, _FEET * hidden, _FLARES * flare * extent.distance
+                extent.sigma_width, feet * hidden, flares * flare * extent.distance
             ),
         )
         return seen, max(sure, least)

@@ -195,6 +195,9 @@ class FaceTuning:
         near: int,
         leans: float,
         sharpest: float,
+        round: float,
+        no_noise: float,
+        roundest: float,
         straight: int,
         on_line: float,
         most: float,
@@ -215,7 +218,7 @@ class Cloud:
     def sides(self, step: float, share: float, /) -> tuple[float, float]: ...
     def heights(self, step: float, share: float, /) -> tuple[float, float]: ...
     def face(
-        self, right: float, left: float, pixel: float, blur: float, /
+        self, right: float, left: float, pixel: float, blur: float, alike: float, /
     ) -> tuple[float, float, float, float, float, float]: ...
     def range(self, share: float, /) -> float: ...
     def height_before(self, limit: float, share: float, /) -> float: ...
