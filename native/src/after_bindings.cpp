@@ -311,7 +311,7 @@ void bind_after(nb::module_& m) {
     m.def("mark_peaks", &mark);
     nb::class_<FaceTuning>(m, "FaceTuning")
         .def(nb::init<int, double, double, double, double, double, int, double, double>(),
-             nb::kw_only(), "near"_a, "leans"_a, "sharpest"_a, "round"_a, "no_noise"_a, "roundest"_a,
+             nb::kw_only(), "near"_a, "leans"_a, "sharpest"_a, "rounds"_a, "no_noise"_a, "roundest"_a,
              "straight"_a, "on_line"_a, "most"_a);
     nb::class_<Thing>(m, "Cloud")
         .def("__init__",

@@ -99,7 +99,7 @@ std::pair<double, double> ends(const Values& ranges, const Values& bearings, dou
 double at_the_end(double first, double second, double third, double grain, const FaceTuning& t) {
     const double growth = first - second, before = second - third;
     const double rounded = before > 0 ? growth - before - t.no_noise * grain : 0;
-    const double more = 0.5 * growth + t.round * std::max(rounded, 0.0);
+    const double more = 0.5 * growth + t.rounds * std::max(rounded, 0.0);
     return first + std::min(std::max(more, -t.sharpest * first), t.roundest * first);
 }
 

@@ -8,7 +8,7 @@ namespace bearcub {
 // The numbers of face.py that shape the answer, under its names.
 struct FaceTuning {
     int near;
-    double leans, sharpest, round, no_noise, roundest;
+    double leans, sharpest, rounds, no_noise, roundest;
     int straight;
     double on_line, most;
 };

@@ -12,12 +12,15 @@ from bearcub.geometry import (
     base_from_optical,
     forward_in_camera,
 )
-from bearcub.messages import Float32, Ground, Hole, UInt8
+from bearcub.messages import Float32, Ground, Hole, Snapshot, Tilt, UInt8
+from bearcub.obstacles import holes
 from bearcub.obstacles.cloud import View
 from bearcub.obstacles.holes import find_holes
 from bearcub.obstacles.segment import segment
 from bearcub.obstacles.sorting import Sorter
 from bearcub.obstacles.verify import Witness
+from bearcub.pipeline import Pipeline
+from bearcub.sim import render, scenes
 
 SHAPE = (160, 320)
 NOISE = 0.1
@@ -181,3 +184,24 @@ def test_lower_ground_on_which_the_robot_stands_is_no_hole(floor: Float32, groun
     assert len(holes_of(d, ground)) == 1  # the image's lower border cuts it
     d[110:] = floor[110:] - np.float32(3.0)
     assert holes_of(d, ground) == ()
+
+
+@pytest.mark.parametrize("baseline", [0.06, 0.12])
+def test_a_shallow_pit_that_has_not_the_shape_looked_for_is_told_where_the_images_show_it(
+    baseline: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig = scenes.paper_rig()
+    rig = replace(
+        rig,
+        camera=replace(rig.camera, baseline=baseline),
+        mount=replace(rig.mount, height=0.6),
+    )
+    distance = 2.5 if baseline < 0.1 else 3.2  # it lies 1.3 px below the floor
+    pit = scenes.pit(distance=distance, depth=0.12, width=1.0, length=1.0)
+    pair = render(pit, rig, noise="medium", seed=3)
+    monkeypatch.setattr(holes, "openings", lambda *_: [])
+    seen = Snapshot(left=pair.left, right=pair.right, tilt=Tilt(pitch=0.0, roll=0.0))
+    (hole,) = Pipeline(rig).process(seen).holes
+    assert hole.kind == "pit"
+    assert hole.distance == pytest.approx(distance, abs=0.15)
+    assert hole.width == pytest.approx(1.0, abs=0.1)

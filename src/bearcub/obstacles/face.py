@@ -58,7 +58,7 @@ def face_tuning() -> Any:
         near=_NEAREST,
         leans=_LEANS,
         sharpest=_SHARPEST,
-        round=_ROUND,
+        rounds=_ROUND,
         no_noise=_NO_NOISE,
         roundest=_ROUNDEST,
         straight=_STRAIGHT,

@@ -185,6 +185,10 @@ def find_holes(
         found += openings(
             known, doubtful, images, sorter, view, ground, lambda part: _stands(part, scene)
         )
+        # of another shape than is looked for there: a pit whose bottom is in view
+        shown = [each for each in doubtful if _shown(each[1], images, sorter, narrow=True)]
+        known = [region for _, region in found]
+        found += [each for each in _apart(shown) if not any(map(each[1].overlaps, known))]
     found.sort(key=lambda item: item[0].distance)
     return tuple(hole for hole, _ in found), tuple(region for _, region in found)
 

@@ -195,7 +195,7 @@ class FaceTuning:
         near: int,
         leans: float,
         sharpest: float,
-        round: float,
+        rounds: float,
         no_noise: float,
         roundest: float,
         straight: int,
