@@ -94,6 +94,27 @@ def test_step_in_height_does_not_part_a_thing() -> None:
     assert found.labels[95, 30] == found.labels[95, 110] != 0
 
 
+def before_a_wall(smear: int) -> Float32:
+    """Return a wall of 8 px before which a board of 11 px stands, smeared into it over columns."""
+    d = boards((20, 160, 80))
+    d[40:100, 120:160] = 11.0
+    d[40:100, 120 - smear : 120] = np.linspace(8.0, 11.0, smear)
+    return d
+
+
+@pytest.mark.parametrize("smear", [16, 30])
+def test_a_thing_before_a_wall_is_parted_from_it_though_the_matcher_smears_it(smear: int) -> None:
+    found = grouped(before_a_wall(smear))
+    assert found.labels[90, 40] != found.labels[90, 140]
+    assert 0 not in (found.labels[90, 40], found.labels[90, 140])
+    assert found.count == 2
+
+
+def test_a_wall_seen_aslant_is_one_thing() -> None:
+    found = grouped(before_a_wall(100))
+    assert found.labels[90, 25] == found.labels[90, 90] == found.labels[90, 155] != 0
+
+
 def test_nothing_that_stands_is_no_thing() -> None:
     assert grouped(boards()).count == 0
 

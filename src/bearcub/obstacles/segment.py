@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bearcub.geometry import Projection
 from bearcub.messages import Bool
-from bearcub.obstacles.histograms import level_centres, to_cells
+from bearcub.obstacles.histograms import Cells, level_centres, to_cells
 from bearcub.obstacles.peaks import PeakFinder
 from bearcub.obstacles.sorting import Sorter, Sorting
 from bearcub.obstacles.trim import Trimmer, trim_tuning
@@ -24,6 +24,11 @@ _SAMPLE = 2500  # pixels that tell all there is to tell of a large thing
 # levels and columns around a thing that are still its, by step
 _FOOT = {1: (5, 7), 2: (5, 5), 3: (5, 3)}
 _WITHIN = 1.03  # times its sampled disparities are a thing's others: two levels, as about its foot
+_LARGE = 4000  # pixels of what may be two things, one before the other
+_VALLEY = 0.3  # most pixels at a range between theirs, share of those at either's
+_FARTHER = 1.12  # times as far as the one the other is, at least
+_PART = 0.1  # share of the pixels that either has, at least
+_AROUND = np.ones(3)
 _TO_LEFT_ABOVE = np.ones((2, 2), dtype=np.uint8)
 
 
@@ -263,6 +268,7 @@ def segment(
     )
     least = max(1, math.ceil(least_pixels / step**2))
     number, things = peaks.numbers(cells, least=least)
+    things = _part_by_range(number, things, cells, least=_LARGE // step**2)
     things = peaks.part(number, things, cells.column, least=least)
     labels.ravel()[cells.index] = number
     order = np.argsort(number, kind="stable")  # 16 bits: a radix sort
@@ -275,6 +281,33 @@ def segment(
         nearest_level=nearest_level,
         farthest_level=farthest_level,
     )
+
+
+def _part_by_range(number: "NDArray[np.uint16]", things: int, cells: Cells, *, least: int) -> int:
+    """Part large things before others, in place; returns how many there are then.
+
+    What a matcher smears from one to the other is much less than either.
+    """
+    sizes = np.bincount(number, minlength=things + 1)
+    for k in np.flatnonzero(sizes[1:] > least) + 1:
+        own = np.flatnonzero(number == k)
+        level = cells.cell.take(own) // cells.width
+        first = int(level.min())
+        counts = np.convolve(np.bincount(level - first), _AROUND, mode="same")
+        nearer = np.maximum.accumulate(counts[::-1])[::-1]
+        farther = np.maximum.accumulate(counts)
+        shallow = counts / np.minimum(nearer, farther)
+        valley = int(shallow.argmin())
+        if shallow[valley] > _VALLEY:
+            continue
+        peaks = int(counts[:valley].argmax()), valley + int(counts[valley:].argmax())
+        centres = level_centres(cells.scale)[[first + peak for peak in peaks]]
+        beyond = level > first + valley
+        few = min(np.count_nonzero(beyond), np.count_nonzero(~beyond))
+        if centres[1] > _FARTHER * centres[0] and few > _PART * len(own):
+            things += 1
+            number[own[beyond]] = things
+    return things
 
 
 def _thinned(count: int) -> int:
