@@ -53,6 +53,7 @@ from bearcub.robust import median
 
 _SURE = 1.5  # standard errors by which the images must speak for a thing
 _SURE_FOOT = 2.0  # ... for one whose foot is lost in the tolerance
+_SURE_FEW, _FEW = 2.0, 2  # ... for one of so few times the least pixels: errors are not normal
 _SURE_STRAY = 2.5  # ... for what is as small or sparse as stray matches in the air are
 _SPARSE = 0.6  # of the share of its outline that a thing must cover, where the images can be asked
 _WITNESSED = 2 / 3  # of the sigmas will do where the images can be asked
@@ -412,7 +413,7 @@ class ObstacleStage:
         stray = pixels <= 10 * self.least_pixels or extent.fill <= 2 * self.least_fill
         if (hangs and stray) or extent.fill <= self.least_fill:
             return _SURE_STRAY if witnessed else math.inf
-        return _SURE
+        return _SURE_FEW if pixels <= _FEW * self.least_pixels else _SURE
 
     def _hangs(self, extent: Extent, hidden: float) -> bool:
         """Tell what hangs; the tolerance hides the lowest part of what stands on the floor."""
