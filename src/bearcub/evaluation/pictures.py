@@ -11,7 +11,7 @@ import numpy as np
 from bearcub.errors import InputError
 from bearcub.evaluation.contenders import Contenders
 from bearcub.evaluation.metrics import Figure
-from bearcub.evaluation.simulated import Method, frames_of
+from bearcub.evaluation.simulated import Method, drives, frames_of
 from bearcub.evaluation.target import Target, corners, holes, obstacles
 from bearcub.messages import UInt8
 from bearcub.rig import Rig
@@ -44,21 +44,26 @@ def save_pictures(
     InputError
         If a picture cannot be written.
     """
-    by_name = {case.name: case for case in cases}
+    drive = {case.name: frames for frames in drives(cases) for case in frames}
     drawn: dict[str, UInt8] = {}
     for measure, figure in shown.items():
         wanted = [(f"worst-{k}", name) for k, name in enumerate(figure.worst[:_WORST], 1)]
         wanted += [("best", name) for name in figure.best[:1]]
         for word, name in wanted:
             if name not in drawn:
-                drawn[name] = draw(by_name[name], method)
+                until = [case.name for case in drive[name]].index(name) + 1
+                drawn[name] = draw(drive[name][:until], method)
             _write(folder, f"{_slug(measure)}_{word}_{_slug(name)}.png", drawn[name])
 
 
-def draw(case: Case, method: Method) -> UInt8:
-    """Return the left image of a case with our answer and the truth in it."""
-    (given,) = frames_of([case], method)
-    answer = Contenders(config=method.config).answer(given)
+def draw(cases: Sequence[Case], method: Method) -> UInt8:
+    """Return the left image of the last case with our answer and the truth in it.
+
+    What comes before it in the same drive is answered first, as rows are learnt on the way.
+    """
+    contenders = Contenders(config=method.config)
+    for given in frames_of(cases, method):
+        answer = contenders.answer(given)
     picture = annotate(answer, given.left, given.rig).copy()
     for target in (*obstacles(given.truth, given.rig), *holes(given.truth, given.rig)):
         _outline(picture, target, given.truth, given.rig)

@@ -83,7 +83,7 @@ def answered(cases: Sequence[Case], method: Method) -> Iterator[Record]:
     DeviceError
         If the renderer is not installed.
     """
-    tasks = list(_tasks(cases))
+    tasks = list(drives(cases))
     if method.jobs <= 1:
         for task in tasks:
             yield from answer_world(task, method)
@@ -131,8 +131,8 @@ def _start_worker() -> None:
     cv2.setNumThreads(1)
 
 
-def _tasks(cases: Iterable[Case]) -> Iterator[tuple[Case, ...]]:
-    """Cut the cases where the world changes, and long worlds in pieces."""
+def drives(cases: Iterable[Case]) -> Iterator[tuple[Case, ...]]:
+    """Cut the cases where the world changes, and long worlds in pieces: each is one drive."""
     task: list[Case] = []
     for case in cases:
         if task and (not _one_world(task[-1], case) or len(task) == _LONGEST):
