@@ -32,11 +32,11 @@ takes a small part of the simulated frames and fails when a figure falls below i
 
 ## What is missed, and why
 
-* **Disparity to answer without the native core** takes 7.3 to 7.5 ms on one core at 640 x 480 in
+* **Disparity to answer without the native core** takes 7.5 to 7.8 ms on one core at 640 x 480 in
   the fast spells of a shared virtual machine, 11 to 12 ms in its slow ones (`bearcub bench`),
-  always 0.13 to 0.16 of what OpenCV's SGBM 3WAY takes there in the same run; the 8 ms that were
+  always 0.13 to 0.17 of what OpenCV's SGBM 3WAY takes there in the same run; the 8 ms that were
   promised are 0.19 to 0.21 of it on the machine that they were promised for. With the core it takes
-  0.08 to 0.10 of it, 4 to 9 ms.
+  0.085 to 0.095 of it, 5 to 7 ms.
 * **Width of the sample's can** at 21 attitudes: 4.4 % too narrow at worst, 5 promised. Its sides
   are those of its body, which its rim overhangs, and hardly differ from the asphalt in brightness.
 * **Recall of large obstacles** (97.8 %, 98 promised): 93 % of them are found in dusk, 98 to 100 %
@@ -49,10 +49,11 @@ takes a small part of the simulated frames and fails when a figure falls below i
   matched around. Of a kerb that is not matched the nearest part that the images show is told; it
   counts as false where it lies aside.
 * **Holes**: in low sun all are found and by noon 96 %, under an overcast sky 87 %, in dusk hardly
-  more than half. In dusk the far wall of a pit is dark and plain: of what is missed there two thirds differ
-  from other floor by no more than chance, the true shape of the hole in hand. Missed in other light
-  are mostly those beyond 5.5 m that cover 8 or 9 rows. The false ones are a part of a pit that the
-  image cuts, and an edge of paint; on the recorded drive, an edge of a shadow in one of 51 frames.
+  more than half. In dusk the far wall of a pit is dark and plain: of what is missed there two
+  thirds differ from other floor by no more than chance, the true shape of the hole in hand. Missed
+  in other light are mostly those beyond 5.5 m that cover 8 or 9 rows. The false ones are a part of
+  a pit that the image cuts, and an edge of paint; on the recorded drive, an edge of a shadow in one
+  of 51 frames.
 * **Steps down** of 0.2 m are followed as if they were slopes where the line of sight is hardly
   steeper than these, and where little of the upper level is in view the lower one is taken for the
   floor: two in ten are not told.
