@@ -13,6 +13,7 @@ from bearcub.ground.stage import GroundStage, gravity_in_camera
 from bearcub.messages import Answer, DisparityMap, Ground, Snapshot, Tilt, Timing, UInt8, as_image
 from bearcub.obstacles.stage import ObstacleStage
 from bearcub.rig.model import Rig
+from bearcub.stereo.artefacts import block_steps
 from bearcub.stereo.images import grey
 from bearcub.stereo.matchers import Matcher
 from bearcub.stereo.rectification import Rectifier
@@ -157,9 +158,13 @@ class Pipeline:
             return from_disparity(snapshot.disparity, doffs=self._rig.camera.doffs)
         left = as_image(snapshot.left, name="left")
         right = as_image(snapshot.right, name="right")
+        steps = 0.0
         if self._rectify is not None:
-            left, right = self._rectify(grey(left), grey(right))
-        return self._stereo_stage()(left, right, first_row=self._first_row(snapshot.tilt))
+            raw = grey(left)
+            left, right = self._rectify(raw, grey(right))
+            steps = block_steps(raw)
+        first_row = self._first_row(snapshot.tilt)
+        return self._stereo_stage()(left, right, first_row=first_row, steps=steps)
 
     def _first_row(self, tilt: Tilt | None) -> int:
         """Return the first row to look at: where one that is lower than the robot can be seen."""

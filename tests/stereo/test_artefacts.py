@@ -48,6 +48,21 @@ def test_blocks_of_a_blank_sky_are_not_matched(quality: int) -> None:
     assert matched.valid_share < 0.005  # 0.3 at 50 by the uncompressed pair's gates
 
 
+def test_blocks_that_a_rectification_turned_are_told_of_and_not_matched() -> None:
+    turn = cv2.getRotationMatrix2D((160, 120), 2.0, 1.0)
+    raw = [compressed(sky(seed), 75) for seed in (1, 2)]
+    pair = [
+        cv2.warpAffine(each, turn, SHAPE[::-1], borderMode=cv2.BORDER_REFLECT).astype(np.uint8)
+        for each in raw
+    ]
+    alone, told = (
+        StereoStage(SgbmMatcher(SearchRange(0, 64)))(pair[0], pair[1], steps=steps).valid_share
+        for steps in (0.0, block_steps(raw[0]))
+    )
+    assert told < 0.003
+    assert told < 0.5 * alone
+
+
 def test_ground_that_was_compressed_is_still_matched() -> None:
     image, d = textured(3), 12
     pair = (compressed(each, 75) for each in (image, np.roll(image, -d, axis=1)))

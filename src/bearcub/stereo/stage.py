@@ -98,7 +98,9 @@ class StereoStage:
         """The largest disparity that it can report [px], adjusted for `doffs`."""
         return self._matcher.largest + self._doffs
 
-    def __call__(self, left: UInt8, right: UInt8, *, first_row: int = 0) -> DisparityMap:
+    def __call__(
+        self, left: UInt8, right: UInt8, *, first_row: int = 0, steps: float = 0.0
+    ) -> DisparityMap:
         """Match one pair.
 
         Parameters
@@ -107,6 +109,8 @@ class StereoStage:
             Rectified pair, colour as BGR.
         first_row : int
             Rows above it are left out.
+        steps : float
+            Between the blocks of the raw images, where these were rectified: see `block_steps`.
 
         Returns
         -------
@@ -124,20 +128,20 @@ class StereoStage:
                 f"left is {left.shape[1]} x {left.shape[0]} pixels and right "
                 f"{right.shape[1]} x {right.shape[0]}: expected one size"
             )
-        matched = self._match(left, right, first_row)
+        matched = self._match(left, right, first_row, steps)
         for _ in range(TRIES if self._align else 0):
             if not self._rows.learn(matched):
                 break
-            matched = self._match(left, right, first_row)
+            matched = self._match(left, right, first_row, steps)
         return replace(matched, epipolar_offset=self._rows.offset)
 
-    def _match(self, left: UInt8, right: UInt8, first_row: int) -> DisparityMap:
+    def _match(self, left: UInt8, right: UInt8, first_row: int, steps: float) -> DisparityMap:
         """Match two grey images, the right one's rows put right by what is known of them."""
         right = self._rows.rows.undone(right)
         clear = without_grain(left, right)
         rows = np.s_[first_row:]
         found = self._matcher(clear[0][rows], clear[1][rows])
-        matched = self._believe(left[rows], right[rows], found)
+        matched = self._believe(left[rows], right[rows], found, steps)
         if first_row > 0:
             unseen = np.full((first_row, left.shape[1]), np.nan, dtype=np.float32)
             disparity = np.concatenate([unseen, matched.disparity])
@@ -146,13 +150,14 @@ class StereoStage:
         grainy = clear[0] is not left
         return replace(matched, left=left, right=right, offset=self._doffs, grainy=grainy)
 
-    def _believe(self, left: UInt8, right: UInt8, found: Float32) -> DisparityMap:
+    def _believe(self, left: UInt8, right: UInt8, found: Float32, steps: float) -> DisparityMap:
         """Gate and sharpen what the matcher found in two grey images."""
         found = without_frame(left, right, found)
-        contrast = _COARSE * math.ceil(_COMPRESSED * block_steps(left) / _COARSE)
-        if contrast > self._contrast:
-            found = without_blocks(left, found, contrast=contrast)
-        disparity = self._gate(contrast=max(self._contrast, contrast))(left, right, found)
+        own = block_steps(left)
+        if _coarse(own) > self._contrast:
+            found = without_blocks(left, found, contrast=_coarse(own))
+        contrast = max(self._contrast, _coarse(max(own, steps)))
+        disparity = self._gate(contrast=contrast)(left, right, found)
         if not self._order_settled:
             self._order_settled = self._check_order(left, right, disparity)
         if self._sharpen is not None:
@@ -172,6 +177,11 @@ class StereoStage:
             return True
         largest = min(self._matcher.largest, left.shape[1] / 4)
         return check_order(left, right, largest=largest, doffs=self._doffs)
+
+
+def _coarse(steps: float) -> float:
+    """Return the contrast that is asked for where blocks differ by so much [grey levels]."""
+    return _COARSE * math.ceil(_COMPRESSED * steps / _COARSE)
 
 
 def from_disparity(
