@@ -66,7 +66,7 @@ def test_unknown_strength_and_wrong_type_are_refused() -> None:
         degrade(GREY.astype(float), "weak", 0)
 
 
-def rows_between(strength: Strength, seed: int, rig: tuple[int, ...] | None = None) -> Rows:
+def rows_between(strength: Strength, seed: int, rig: int | None = None) -> Rows:
     left, right = degrade_pair(SMOOTH, SMOOTH, strength, (seed,), rig=rig)
     tracker = RowTracker()
     nowhere = np.zeros(SMOOTH.shape, dtype=np.float32)
@@ -103,10 +103,10 @@ def test_a_pair_is_the_same_with_the_same_seed_and_its_noises_differ() -> None:
 
 
 def test_pairs_of_one_rig_have_the_same_rows_and_noises_of_their_own() -> None:
-    one, other = (degrade_pair(SMOOTH, SMOOTH, "strong", (k,), rig=(5,)) for k in (1, 2))
+    one, other = (degrade_pair(SMOOTH, SMOOTH, "strong", (k,), rig=5) for k in (1, 2))
     assert (one[0] != other[0]).any()
     first, second, others = (
-        rows_between("strong", seed, rig=rig) for seed, rig in ((1, (5,)), (2, (5,)), (2, (6,)))
+        rows_between("strong", seed, rig=rig) for seed, rig in ((1, 5), (2, 5), (2, 6))
     )
     assert first.beside(second) < 0.05
     assert first.beside(others) > 0.1

@@ -44,15 +44,18 @@ def save_pictures(
     InputError
         If a picture cannot be written.
     """
-    drive = {case.name: frames for frames in drives(cases) for case in frames}
+    until = {
+        case.name: frames[:count]
+        for frames in drives(cases)
+        for count, case in enumerate(frames, start=1)
+    }
     drawn: dict[str, UInt8] = {}
     for measure, figure in shown.items():
         wanted = [(f"worst-{k}", name) for k, name in enumerate(figure.worst[:_WORST], 1)]
         wanted += [("best", name) for name in figure.best[:1]]
         for word, name in wanted:
             if name not in drawn:
-                until = [case.name for case in drive[name]].index(name) + 1
-                drawn[name] = draw(drive[name][:until], method)
+                drawn[name] = draw(until[name], method)
             _write(folder, f"{_slug(measure)}_{word}_{_slug(name)}.png", drawn[name])
 
 

@@ -75,19 +75,7 @@ class Cloud(Protocol):
     def face(
         self, right: float, left: float, pixel: float, blur: float, alike: float
     ) -> tuple[float, ...]:
-        """Return the numbers of the `Face` between two bearings [rad].
-
-        Parameters
-        ----------
-        right, left : float
-            The bearings.
-        pixel : float
-            [rad].
-        blur : float
-            1-sigma of 1 / range that noise makes [1/m].
-        alike : float
-            Neighbouring pixels that err together.
-        """
+        """Return the numbers of the `Face` between two bearings: see `face_of`."""
 
     def range(self, share: float) -> float:
         """Return the range that this share of the pixels are nearer than [m]."""

@@ -156,14 +156,17 @@ def measure(
         sigma_width=math.hypot(
             math.sqrt(2) * side * distance, width * spread / level, tapers * width
         ),
-        # a visible top face is as thick as its noise, and ends higher for it
-        sigma_top=math.hypot(
-            edge * distance,
-            drop * spread,
-            max(_UPPER, _CARRIED * fattening) * row,
-            _TOP_FACE * drop * noise,
-        ),
+        sigma_top=_sigma_top(edge * distance, drop, row, spread, noise=noise, fattening=fattening),
     )
+
+
+def _sigma_top(
+    edge: float, drop: float, row: float, spread: float, *, noise: float, fattening: float
+) -> float:
+    """Return the 1-sigma of a height [m]; `drop` is of height, by a pixel of disparity."""
+    carried = max(_UPPER, _CARRIED * fattening) * row
+    # a visible top face is as thick as its noise, and ends higher for it
+    return math.hypot(edge, drop * spread, carried, _TOP_FACE * drop * noise)
 
 
 def cut_sides(

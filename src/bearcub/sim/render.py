@@ -122,9 +122,7 @@ def render(
     hits = _exact(scene, view)
     left, right = _pair(scene, view, supersample=supersample)
     if noise is not None:
-        left, right = degrade_pair(
-            left, right, noise, (seed,), rig=None if rig_seed is None else (rig_seed,)
-        )
+        left, right = degrade_pair(left, right, noise, (seed,), rig=rig_seed)
     disparity = (rig.camera.fx * rig.camera.baseline / hits.depth).astype(np.float32)
     for flags in (left.flags, right.flags, disparity.flags, hits.labels.flags):
         flags.writeable = False

@@ -82,7 +82,7 @@ def degrade_pair(
     strength: Strength,
     seed: tuple[int, ...],
     *,
-    rig: tuple[int, ...] | None = None,
+    rig: int | None = None,
 ) -> tuple[UInt8, UInt8]:
     """Return a pair as two cameras of that quality on a moving robot would have taken it.
 
@@ -96,7 +96,7 @@ def degrade_pair(
     strength : {"weak", "medium", "strong"}
     seed : tuple of int
         The same seeds give the same pair.
-    rig : tuple of int, optional
+    rig : int, optional
         Seed of what a rig keeps from pair to pair, its rows; without it every `seed` has a rig of
         its own.
 
@@ -108,7 +108,7 @@ def degrade_pair(
     sensor = _sensor(strength)
     rng = np.random.default_rng((*seed, 2))
     way = _way(sensor.motion * rng.uniform(), math.pi * rng.uniform())
-    mounted = rng if rig is None else np.random.default_rng((*rig, 3))
+    mounted = rng if rig is None else np.random.default_rng((rig, 3))
     shift, turn = sensor.rows * np.sqrt([0.5, 1.5]) * mounted.standard_normal(2)
     light = linear(as_image(left, name="left"))
     off = _with_rows_off(linear(as_image(right, name="right")), shift, turn)

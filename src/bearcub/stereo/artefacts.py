@@ -9,6 +9,7 @@ import numpy as np
 
 from bearcub.messages import Bool, Float32, UInt8
 from bearcub.robust import median
+from bearcub.stereo.images import shifted
 
 _BLOCK = 8  # side of a JPEG block [px]
 _EVERY = 4  # row that is looked at
@@ -84,9 +85,8 @@ def without_frame(left: UInt8, right: UInt8, disparity: Float32) -> Float32:
         return disparity
     out = np.zeros(disparity.shape, dtype=np.bool_) if here is None else here
     if there is not None:
-        columns = np.arange(disparity.shape[1], dtype=np.float32)
-        match = np.clip(columns - np.nan_to_num(disparity, nan=0.0), 0, len(columns) - 1)
-        out = out | np.take_along_axis(there, np.rint(match).astype(np.int64), axis=1)
+        seen = shifted(there.view(np.uint8), disparity, interpolation=cv2.INTER_NEAREST)
+        out = out | seen.view(np.bool_)
     return np.where(out, np.float32(np.nan), disparity)
 
 

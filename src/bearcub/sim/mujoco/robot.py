@@ -295,7 +295,7 @@ class Simulation:
         view, stage = self.view(), self._open_stage()
         self._pictures += 1
         seed = (self._seed, self._pictures)
-        left, right = photograph(stage, view, noise=noise, seed=seed, rig=(self._seed,))
+        left, right = photograph(stage, view, noise=noise, seed=seed, rig=self._seed)
         hits = behind_grass(cast(self._scene, view), stage.grass_depth(view), view)
         at = self.pose()
         place = (at.x, at.y, at.yaw)

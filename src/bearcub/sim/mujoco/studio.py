@@ -51,8 +51,7 @@ class Studio:
         seed: int = 0,
         rig_seed: int | None = None,
     ) -> None:
-        self._scene, self._rig = scene, rig
-        self._rig_seed = None if rig_seed is None else (rig_seed,)
+        self._scene, self._rig, self._rig_seed = scene, rig, rig_seed
         eye = View.of(rig, LEVEL).position
         self._stage = Stage(scene, light, rig.camera, eye[None], seed=seed)
 
@@ -123,7 +122,7 @@ def photograph(
     *,
     noise: Strength | None,
     seed: tuple[int, ...],
-    rig: tuple[int, ...] | None,
+    rig: int | None,
 ) -> tuple[UInt8, UInt8]:
     """Return both cameras' pictures, read-only, each with noise of its own: see `degrade_pair`."""
     left, right = stage.pair(view)
