@@ -135,8 +135,11 @@ class GroundStage:
             tilt_disagreement=math.nan,
         )
 
-    def _seen(self, prior: Prior, fit: PlaneFit, disparity: DisparityMap) -> Ground:
-        values, covariance, ramp = self._fused(prior, fit, disparity)
+    def _seen(
+        self, prior: Prior, fit: PlaneFit, disparity: DisparityMap, *, rising: bool = False
+    ) -> Ground:
+        """Return the floor that a fit shows; the prior's where it is known to be `rising` ahead."""
+        values, covariance, ramp = self._fused(prior, fit, disparity, rising=rising)
         attitude = Attitude(pitch=float(values[1]), roll=float(values[2]))
         plane = self.projection.plane(height=float(values[0]), down=attitude.down())
         jacobian = _plane_jacobian(self.projection, values)
@@ -149,7 +152,7 @@ class GroundStage:
             pitch=attitude.pitch,
             steepest=self.steepest + _STEEPER,
         )
-        if ramp and profile.step > 0:
+        if ramp and not rising and profile.step > 0:
             before = self._before_step(profile, plane, prior, disparity)
             if before is not None:
                 return self._seen(prior, before, disparity)
@@ -157,6 +160,8 @@ class GroundStage:
         if not ramp:
             plane, profile, more = just_ahead(plane, profile)
         ahead = _values(self.projection, plane)
+        if prior.tilted and not ramp and begins_ahead(prior.values, prior.sigma, values, ahead):
+            return self._seen(prior, fit, disparity, rising=True)
         of_plane = jacobian @ covariance @ jacobian.T + more
         back = inverse(_plane_jacobian(self.projection, ahead))
         lowest = np.array([self.projection.cx, len(disparity.disparity) - 1.0, 1.0])
@@ -211,14 +216,15 @@ class GroundStage:
         return values, back @ fit.covariance @ back.T
 
     def _fused(
-        self, prior: Prior, fit: PlaneFit, disparity: DisparityMap
+        self, prior: Prior, fit: PlaneFit, disparity: DisparityMap, *, rising: bool
     ) -> tuple[Float64, Float64, bool]:
         """Return (height, pitch, roll) and their covariance from prior and image together.
 
         The third value tells that what is seen rises or falls ahead, and the prior is the floor.
         """
         measured, covariance = self._measured(fit)
-        if prior.tilted and rises_ahead(prior.values, prior.sigma, measured, covariance):
+        rises = prior.tilted and rises_ahead(prior.values, prior.sigma, measured, covariance)
+        if rising or rises:
             return prior.values, np.diag(prior.sigma**2), True
         measured[0] = height_underfoot(
             disparity.disparity, self.projection, fit, prior, unevenness=self.unevenness
@@ -250,6 +256,32 @@ def rises_ahead(expected: Float64, sigma: Float64, measured: Float64, covariance
     """
     apart = np.abs(measured - expected) / np.sqrt(sigma**2 + np.diag(covariance))
     return bool(apart[0] > _OTHER and apart[1] > 3.0)
+
+
+def begins_ahead(expected: Float64, sigma: Float64, fitted: Float64, ahead: Float64) -> bool:
+    """Tell the beginning of a ramp from floor before one that was fitted across.
+
+    A plane fitted to floor and ramp lies between both. The floor just ahead of the robot is nearer
+    to what mount and reading say than that plane, a ramp's beginning is farther off.
+
+    Parameters
+    ----------
+    expected, sigma : ndarray of float64, shape (3,)
+        The prior's (height, pitch, roll) and its 1-sigmas.
+    fitted, ahead : ndarray of float64, shape (3,)
+        Of the plane fitted to all, and of the one laid through its nearest part.
+
+    Examples
+    --------
+    >>> expected, sigma = np.array([1.2, 0.12, 0.0]), np.array([0.12, 0.026, 0.026])
+    >>> fitted = np.array([1.14, 0.08, 0.0])
+    >>> begins_ahead(expected, sigma, fitted, np.array([1.19, 0.11, 0.0]))
+    False
+    >>> begins_ahead(expected, sigma, fitted, np.array([1.07, 0.05, 0.0]))
+    True
+    """
+    before, now = (np.abs(each - expected) / sigma for each in (fitted, ahead))
+    return bool(now[1] - before[1] > _OTHER)
 
 
 def fuse(
